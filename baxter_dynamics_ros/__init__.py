@@ -1,0 +1,19 @@
+"""Lagrange-Euler dynamics of the Baxter robot's arms, and a live torque predictor for ROS 2."""
+
+from .core.arm import BaxterArm
+from .core.exceptions import ArgumentError
+from .core.exceptions import BaxterDynamicsError
+from .core.joints import JOINTS
+from .core.joints import mount
+from .core.parameters import Payload
+
+__version__ = '0.1.0'
+
+__all__ = [
+    'ArgumentError',
+    'BaxterArm',
+    'BaxterDynamicsError',
+    'JOINTS',
+    'Payload',
+    'mount',
+]

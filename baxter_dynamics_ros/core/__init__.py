@@ -1,0 +1,1 @@
+"""The arm's dynamics, with NumPy and nothing else."""

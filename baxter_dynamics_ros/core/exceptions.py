@@ -1,0 +1,21 @@
+"""The errors this package raises."""
+
+
+class BaxterDynamicsError(Exception):
+    """Base class: catches whatever this package raises on purpose."""
+
+
+class ArgumentError(BaxterDynamicsError, ValueError):
+    """
+    An argument cannot be used.
+
+    Attributes
+    ----------
+    argument : str
+        The name of the argument.
+
+    """
+
+    def __init__(self, argument: str, problem: str):
+        super().__init__(f'{argument}: {problem}')
+        self.argument = argument

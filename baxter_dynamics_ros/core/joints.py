@@ -1,0 +1,69 @@
+"""The arm's joints: names, order, limits, and where the arms are mounted."""
+
+import numpy as np
+
+from .exceptions import ArgumentError
+
+# The joint order of every array of this package.
+JOINTS = ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2')
+N_JOINTS = len(JOINTS)
+S1 = JOINTS.index('s1')  # the joint that carries the parallel springs
+
+SIDES = ('right', 'left')
+
+# Joint limits of the manufacturer's robot description [rad].
+POSITION_LOWER = np.array([-1.70167993878, -2.147, -3.05417993878, -0.05,
+                           -3.059, -1.57079632679, -3.059])
+POSITION_UPPER = np.array([1.70167993878, 1.047, 3.05417993878, 2.618,
+                           3.059, 2.094, 3.059])
+
+# Greatest joint speeds of the manufacturer's hardware specification [rad/s].
+VELOCITY_LIMIT = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])
+
+
+def joint_names(side: str) -> tuple:
+    """
+    Return the seven ROS joint names of one arm, in the package's joint order.
+
+    Raises
+    ------
+    ArgumentError
+        If side is neither 'right' nor 'left'.
+
+    """
+    if side not in SIDES:
+        raise ArgumentError('side', f'expected one of {", ".join(SIDES)}, got {side!r}')
+    return tuple(f'{side}_{joint}' for joint in JOINTS)
+
+
+def mount(side: str) -> np.ndarray:
+    """
+    Return the pose of the paper's frame {0} of one arm in the robot's ``base`` frame.
+
+    Source: the manufacturer's robot description (``right_torso_arm_mount`` and ``right_s0``,
+    and their left twins). The arms differ only in the sign of the yaw and of y.
+
+    Returns
+    -------
+    ndarray (4, 4)
+        Homogeneous transform, translation in m.
+
+    Raises
+    ------
+    ArgumentError
+        If side is neither 'right' nor 'left'.
+
+    """
+    joint_names(side)  # refuses an unknown side
+    sign = 1.0 if side == 'left' else -1.0
+    yaw = sign * 0.7854  # rad
+    c, s = np.cos(yaw), np.sin(yaw)
+    shoulder = np.array([0.055695, 0.0, 0.011038])
+    pose = np.eye(4)
+    pose[:3, :3] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+    pose[:3, 3] = [0.024645, sign * 0.219645, 0.118588] + pose[:3, :3] @ shoulder
+    return pose
+
+
+for _array in (POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT):
+    _array.flags.writeable = False

@@ -1,0 +1,225 @@
+"""
+From the paper's tables to the parameters of a correct model.
+
+The printed model has two errors that matter (torques wrong by up to 40 N m). Each is mended
+here by a function of its own, and each can be left out to see what it is worth:
+
+* :data:`THETA_2_OFFSET`: Table II leaves out the constant pi/2 of theta_2.
+* :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the link frame's origin and Table III
+  lists them about the centre of mass.
+"""
+
+from dataclasses import dataclass
+from dataclasses import field
+
+import numpy as np
+
+from . import paper_tables
+from .exceptions import ArgumentError
+from .joints import N_JOINTS
+from .joints import S1
+from .validation import finite
+from .validation import number
+
+THETA_2_OFFSET = 'theta_2_offset'
+INERTIA_AT_ORIGIN = 'inertia_at_origin'
+CORRECTIONS = frozenset({THETA_2_OFFSET, INERTIA_AT_ORIGIN})
+
+
+@dataclass(frozen=True, eq=False)
+class ArmParameters:
+    """
+    Kinematic and inertial parameters of the seven links, in the paper's D-H frames.
+
+    All arrays are read-only copies; row i is link i + 1 of the paper. ``theta_offset`` and
+    ``pseudo_inertia`` follow from the rest and from which ``corrections`` are applied.
+
+    Raises
+    ------
+    ArgumentError
+        If an array has the wrong shape or is not finite, or a correction is unknown.
+
+    """
+
+    d: np.ndarray  # (7,) link offset [m]
+    a: np.ndarray  # (7,) link length [m]
+    alpha: np.ndarray  # (7,) link twist [rad]
+    mass: np.ndarray  # (7,) [kg]
+    center_of_mass: np.ndarray  # (7, 3) in the link frame [m]
+    inertia: np.ndarray  # (7, 3, 3) about the centre of mass, axes of the link frame [kg m^2]
+    corrections: frozenset = CORRECTIONS
+    theta_offset: np.ndarray = field(init=False)  # (7,) theta_i = q_i + theta_offset_i [rad]
+    pseudo_inertia: np.ndarray = field(init=False)  # (7, 4, 4) J_i, eq. (12) [kg m^2, kg m, kg]
+
+    def __post_init__(self):
+        """Validate, and derive what follows."""
+        n = N_JOINTS
+        for name, shape in (('d', (n,)), ('a', (n,)), ('alpha', (n,)), ('mass', (n,)),
+                            ('center_of_mass', (n, 3)), ('inertia', (n, 3, 3))):
+            self._set(name, finite(name, getattr(self, name), shape).copy())
+        unknown = set(self.corrections) - CORRECTIONS
+        if unknown:
+            raise ArgumentError('corrections', f'unknown {sorted(unknown)}; '
+                                f'expected some of {sorted(CORRECTIONS)}')
+        self._set('theta_offset', theta_offsets(THETA_2_OFFSET in self.corrections))
+        if INERTIA_AT_ORIGIN in self.corrections:
+            at_origin = inertia_about_origin(self.inertia, self.mass, self.center_of_mass)
+            pseudo = pseudo_inertia(at_origin, self.mass, self.center_of_mass)
+        else:
+            pseudo = pseudo_inertia_as_printed(self.inertia, self.mass, self.center_of_mass)
+        self._set('pseudo_inertia', pseudo)
+
+    def _set(self, name: str, array: np.ndarray):
+        array.flags.writeable = False
+        object.__setattr__(self, name, array)
+
+
+@dataclass(frozen=True)
+class Payload:
+    """
+    A rigid body fixed to the hand, such as the electric gripper.
+
+    Attributes
+    ----------
+    mass : float
+        Mass [kg], not negative.
+    center_of_mass : array_like (3,)
+        Centre of mass in the hand frame [m].
+    inertia : array_like (6,)
+        Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the payload's centre of mass, axes of the hand frame
+        [kg m^2] (the order of Table III; off-diagonals are elements of the tensor). Zero is a
+        point mass.
+
+    Raises
+    ------
+    ArgumentError
+        If no body can have these numbers: a negative mass or principal moment, principal
+        moments that break the triangle inequality, or inertia without mass.
+
+    """
+
+    mass: float = 0.0
+    center_of_mass: tuple = (0.0, 0.0, 0.0)
+    inertia: tuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self):
+        """Validate, and keep plain tuples so that payloads compare by value."""
+        set_ = object.__setattr__
+        set_(self, 'mass', number('payload.mass', self.mass, lower=0.0))
+        set_(self, 'center_of_mass',
+             tuple(finite('payload.center_of_mass', self.center_of_mass, (3,)).tolist()))
+        set_(self, 'inertia', tuple(finite('payload.inertia', self.inertia, (6,)).tolist()))
+        tensor = self.inertia_tensor
+        moments = np.linalg.eigvalsh(tensor)
+        if moments[0] < -1e-12 or moments[0] + moments[1] < moments[2] * (1 - 1e-9) - 1e-12:
+            raise ArgumentError(
+                'payload.inertia', 'expected the inertia of a rigid body (principal moments not '
+                f'negative, none above the sum of the others), got moments {moments} kg m^2')
+        if self.mass == 0.0 and moments[2] > 0.0:
+            raise ArgumentError('payload.inertia', 'expected zero where payload.mass is zero')
+
+    @property
+    def inertia_tensor(self) -> np.ndarray:
+        """Inertia about the centre of mass, (3, 3) [kg m^2]."""
+        return inertia_tensor(np.array(self.inertia))
+
+    @property
+    def pseudo_inertia(self) -> np.ndarray:
+        """Pseudo-inertia about the hand frame's origin, (4, 4), eq. (12)."""
+        center = np.array(self.center_of_mass)
+        return pseudo_inertia(
+            inertia_about_origin(self.inertia_tensor, self.mass, center), self.mass, center)
+
+
+def paper_parameters(corrections=CORRECTIONS) -> ArmParameters:
+    """
+    Return the parameters of Tables II to IV.
+
+    Parameters
+    ----------
+    corrections : collection of str
+        Which of :data:`CORRECTIONS` to apply; all by default. Leave one out only to see what
+        the printed model does without it.
+
+    """
+    d, a, alpha, mass = np.array(paper_tables.TABLE_II).T
+    return ArmParameters(
+        d=d, a=a, alpha=alpha, mass=mass, center_of_mass=np.array(paper_tables.TABLE_IV),
+        inertia=inertia_tensor(np.array(paper_tables.TABLE_III)), corrections=corrections)
+
+
+def theta_offsets(corrected: bool = True) -> np.ndarray:
+    """Return theta - q (7,) [rad]: pi/2 at s1, which Table II leaves out, zero elsewhere."""
+    offsets = np.zeros(N_JOINTS)
+    if corrected:
+        offsets[S1] = np.pi / 2
+    return offsets
+
+
+def inertia_tensor(elements: np.ndarray) -> np.ndarray:
+    """Turn rows (..., 6) in Table III's order xx yy zz xy yz xz into tensors (..., 3, 3)."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(elements, -1, 0)
+    return np.stack([np.stack([xx, xy, xz], -1),
+                     np.stack([xy, yy, yz], -1),
+                     np.stack([xz, yz, zz], -1)], -2)
+
+
+def inertia_about_origin(inertia: np.ndarray, mass: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """
+    Move inertias from the centre of mass to the link frame's origin (parallel axes).
+
+    This is the correction that Table III needs before eq. (12):
+    ``I_origin = I_com + m (r.r 1 - r r^T)``.
+
+    Parameters
+    ----------
+    inertia : ndarray (..., 3, 3)
+        Inertia about the centre of mass [kg m^2].
+    mass : ndarray (...)
+        Mass [kg].
+    center : ndarray (..., 3)
+        Centre of mass [m].
+
+    """
+    outer = center[..., :, None] * center[..., None, :]
+    trace = np.trace(outer, axis1=-2, axis2=-1)[..., None, None]
+    return inertia + np.asarray(mass)[..., None, None] * (trace * np.eye(3) - outer)
+
+
+def pseudo_inertia(inertia: np.ndarray, mass: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """
+    Build J_i of eq. (12) from an inertia *about the link frame's origin*.
+
+    The 3 x 3 block is tr(I)/2 1 - I, so its off-diagonals are -I_xy and so on.
+
+    Returns
+    -------
+    ndarray (..., 4, 4)
+
+    """
+    half_trace = np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2
+    return _assemble(half_trace * np.eye(3) - inertia, mass, center)
+
+
+def pseudo_inertia_as_printed(inertia: np.ndarray, mass: np.ndarray,
+                              center: np.ndarray) -> np.ndarray:
+    """
+    Build J_i as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
+
+    Wrong (M differs by up to 0.13 kg m^2, and J is not positive definite); kept as evidence.
+    """
+    printed = np.eye(3) * np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 + inertia
+    diagonal = np.einsum('...ii->...i', printed)
+    diagonal -= 2 * np.einsum('...ii->...i', inertia)
+    return _assemble(printed, mass, center)
+
+
+def _assemble(block: np.ndarray, mass: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """Put second moments (..., 3, 3), m r and m together into (..., 4, 4)."""
+    result = np.empty(block.shape[:-2] + (4, 4))
+    first_moment = np.asarray(mass)[..., None] * center
+    result[..., :3, :3] = block
+    result[..., :3, 3] = first_moment
+    result[..., 3, :3] = first_moment
+    result[..., 3, 3] = mass
+    return result

@@ -1,0 +1,82 @@
+"""
+The recursive Newton-Euler method on the same parameters, computed by Pinocchio.
+
+The paper compares its closed form with this method. It shares no dynamics code with
+:mod:`baxter_dynamics_ros.core`: only Tables II to IV, the corrected theta_2 and the payload's
+numbers come from there. This is the one module that imports Pinocchio.
+"""
+
+import numpy as np
+import pinocchio as pin
+
+from .core.joints import JOINTS
+from .core.parameters import ArmParameters
+from .core.parameters import Payload
+
+
+def build_model(parameters: ArmParameters, payload: Payload, gravity: np.ndarray,
+                mount: np.ndarray) -> pin.Model:
+    """
+    Build the Pinocchio model of one arm.
+
+    Parameters
+    ----------
+    parameters : ArmParameters
+        The links; their masses, centres of mass and inertias about those are used.
+    payload : Payload
+        What the hand carries.
+    gravity : ndarray (3,)
+        Gravity vector in the base frame [m/s^2].
+    mount : ndarray (4, 4)
+        Pose of frame {0} in the base frame.
+
+    Returns
+    -------
+    pinocchio.Model
+        With a frame named ``hand``.
+
+    """
+    model = pin.Model()
+    model.gravity.linear = np.array(gravity)
+    joint = 0
+    placement = pin.SE3(np.array(mount))  # of the joint's frame before it turns
+    for i, name in enumerate(JOINTS):
+        placement = placement * _rotation_z(parameters.theta_offset[i])
+        joint = model.addJoint(joint, pin.JointModelRZ(), placement, name)
+        # From the turning frame to the paper's link frame: the rest of eq. (2).
+        placement = _link_frame(parameters.d[i], parameters.a[i], parameters.alpha[i])
+        body = pin.Inertia(parameters.mass[i], parameters.center_of_mass[i],
+                           parameters.inertia[i])
+        model.appendBodyToJoint(joint, body, placement)
+    load = pin.Inertia(payload.mass, np.array(payload.center_of_mass), payload.inertia_tensor)
+    model.appendBodyToJoint(joint, load, placement)
+    model.addFrame(pin.Frame('hand', joint, 0, placement, pin.FrameType.OP_FRAME))
+    return model
+
+
+class NewtonEuler:
+    """
+    Recursive Newton-Euler inverse dynamics with the parameters of a ``BaxterArm``.
+
+    Parameters
+    ----------
+    arm : BaxterArm
+        Whose parameters, payload, gravity and mount to use.
+
+    """
+
+    def __init__(self, arm):
+        self.model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
+        self.data = self.model.createData()
+
+    def inverse_dynamics(self, q, qd, qdd) -> np.ndarray:
+        """Return tau (7,) [N m] for one state q, qd, qdd (7,)."""
+        return pin.rnea(self.model, self.data, q, qd, qdd).copy()
+
+
+def _rotation_z(angle: float) -> pin.SE3:
+    return pin.SE3(pin.utils.rotate('z', angle), np.zeros(3))
+
+
+def _link_frame(d: float, a: float, alpha: float) -> pin.SE3:
+    return pin.SE3(pin.utils.rotate('x', alpha), np.array([a, 0.0, d]))

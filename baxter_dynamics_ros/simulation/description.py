@@ -1,0 +1,94 @@
+"""The manufacturer's robot description, cut down to one arm."""
+
+from pathlib import Path
+import sys
+import xml.etree.ElementTree as ET
+
+from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import joint_names
+
+_IN_WHEEL = Path('cmeel.prefix', 'share', 'hpp-baxter', 'urdf', 'baxter.urdf')
+
+
+class DescriptionError(BaxterDynamicsError):
+    """The robot description is missing or is not a Baxter's."""
+
+
+def find_description() -> Path:
+    """
+    Return the path of the manufacturer's URDF, as PyPI's ``hpp-baxter`` installs it.
+
+    Raises
+    ------
+    DescriptionError
+        If it is not installed.
+
+    """
+    for folder in sys.path:
+        path = Path(folder) / _IN_WHEEL
+        if path.is_file():
+            return path
+    raise DescriptionError("the manufacturer's robot description is not installed: "
+                           'pip install hpp-baxter, or name the path of a baxter.urdf')
+
+
+def arm_description(side: str, path: Path = None) -> str:
+    """
+    Return the URDF of one arm: the chain from the base to the hand, bodies only.
+
+    Geometry, the other arm, the head, and the gripper with its fingers are left out: what
+    remains is what the paper's tables describe, from numbers of its own.
+
+    Parameters
+    ----------
+    side : str
+        'right' or 'left'.
+    path : Path, optional
+        The robot's URDF; :func:`find_description` by default.
+
+    Raises
+    ------
+    DescriptionError
+        If the file cannot be read or lacks one of the arm's joints.
+
+    """
+    path = Path(path) if path else find_description()
+    try:
+        robot = ET.parse(path).getroot()
+    except (OSError, ET.ParseError) as error:
+        raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
+    joints = {joint.get('name'): joint for joint in robot.findall('joint')}
+    missing = [name for name in joint_names(side) if name not in joints]
+    if missing:
+        raise DescriptionError(f"{path}: no joint {missing[0]}; is it a Baxter's URDF?")
+    keep = _links_of_arm(joints, joint_names(side))
+    for element in list(robot):
+        if element.tag == 'joint':
+            unwanted = element.find('child').get('link') not in keep
+        elif element.tag == 'link':
+            unwanted = element.get('name') not in keep
+            for shape in element.findall('visual') + element.findall('collision'):
+                element.remove(shape)
+        else:
+            unwanted = True
+        if unwanted:
+            robot.remove(element)
+    return ET.tostring(robot, encoding='unicode')
+
+
+def _links_of_arm(joints: dict, arm: tuple) -> set:
+    """Return the links from the root to the wrist, and what is fixed to the arm's links."""
+    parents = {joint.find('child').get('link'): joint for joint in joints.values()}
+    links = {joints[name].find('child').get('link') for name in arm}
+    above = joints[arm[0]].find('parent').get('link')
+    chain = {above}
+    while above in parents:
+        above = parents[above].find('parent').get('link')
+        chain.add(above)
+    added = True
+    while added:
+        added = {link for link, joint in parents.items()
+                 if link not in links and joint.get('type') == 'fixed'
+                 and joint.find('parent').get('link') in links and 'gripper' not in link}
+        links |= added
+    return links | chain

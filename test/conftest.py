@@ -1,0 +1,136 @@
+"""What the tests of the model share: random states, cases, reference engines, recordings."""
+
+from pathlib import Path
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.core import joints
+import numpy as np
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+SHARED = REPOSITORY.parent / 'shared'
+
+_TILT = np.array([[1.0, 0.0, 0.0, 0.0],  # 0.7 rad about the base's x axis
+                  [0.0, np.cos(0.7), -np.sin(0.7), 0.0],
+                  [0.0, np.sin(0.7), np.cos(0.7), 0.0],
+                  [0.0, 0.0, 0.0, 1.0]])
+
+# What a BaxterArm can be made with, each time all that could hide a wrong frame or sign.
+CASES = {
+    'empty_hand': {},
+    'loaded_tilted_mounted': {
+        'payload': Payload(mass=1.2, center_of_mass=(0.03, -0.02, 0.11),
+                           inertia=(3e-3, 2e-3, 2.5e-3, 3e-4, -2e-4, 1e-4)),
+        'gravity': (1.3, -2.1, -9.4),
+        'mount': _TILT @ mount('left'),
+    },
+}
+
+
+@pytest.fixture
+def rng():
+    """Return a random generator that starts every test alike."""
+    return np.random.default_rng(20)
+
+
+@pytest.fixture
+def random_states(rng):
+    """Return a function that draws n states q, qd, qdd, each (n, 7), within the limits."""
+    def draw(n, speed=joints.VELOCITY_LIMIT, acceleration=5.0):
+        return (rng.uniform(joints.POSITION_LOWER, joints.POSITION_UPPER, (n, joints.N_JOINTS)),
+                rng.uniform(-1.0, 1.0, (n, joints.N_JOINTS)) * speed,
+                rng.uniform(-1.0, 1.0, (n, joints.N_JOINTS)) * acceleration)
+    return draw
+
+
+@pytest.fixture(params=CASES.values(), ids=CASES.keys())
+def arm(request):
+    """Return the arm of each case in turn."""
+    return BaxterArm(**request.param)
+
+
+@pytest.fixture(scope='session')
+def pin():
+    """Return the module pinocchio."""
+    return pytest.importorskip('pinocchio', reason='the reference engine is not installed: '
+                               'pip install pin')
+
+
+@pytest.fixture
+def engine(pin):
+    """Return a function that wraps a Pinocchio model for batches of states."""
+    return lambda model, hand='hand': PinocchioEngine(pin, model, hand)
+
+
+@pytest.fixture
+def reference(arm, pin, engine):
+    """Return Pinocchio's model of the arm, which shares its numbers and no dynamics code."""
+    from baxter_dynamics_ros.newton_euler import build_model
+    return engine(build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount))
+
+
+@pytest.fixture
+def shared():
+    """Return the folder beside the repository that holds the paper and the recordings."""
+    if not SHARED.is_dir():
+        pytest.skip(f'{SHARED} is missing: it holds the paper and the recordings')
+    return SHARED
+
+
+@pytest.fixture
+def recordings():
+    """Return the folder of the recordings of real arms, which have no licence to be copied."""
+    folder = SHARED / 'data'
+    if not folder.is_dir():
+        pytest.skip(f'{folder} is missing: it holds the recordings of real arms')
+    return folder
+
+
+class PinocchioEngine:
+    """Pinocchio's answers for batches (n, 7) of states; it takes one at a time itself."""
+
+    def __init__(self, pin, model, hand):
+        self._pin = pin
+        self._model = model
+        self._data = model.createData()
+        self._hand = model.getFrameId(hand)
+
+    def mass_matrix(self, q):
+        """Return M (n, 7, 7); crba promises its upper triangle only."""
+        upper = np.triu(self._each(self._pin.crba, q))
+        return upper + np.swapaxes(np.triu(upper, 1), -1, -2)
+
+    def coriolis_matrix(self, q, qd):
+        """Return C (n, 7, 7), which Pinocchio too takes from the Christoffel symbols."""
+        return self._each(self._pin.computeCoriolisMatrix, q, qd)
+
+    def gravity(self, q):
+        """Return G (n, 7)."""
+        return self._each(self._pin.computeGeneralizedGravity, q)
+
+    def inverse_dynamics(self, q, qd, qdd):
+        """Return tau (n, 7), by the recursive Newton-Euler algorithm."""
+        return self._each(self._pin.rnea, q, qd, qdd)
+
+    def forward_dynamics(self, q, qd, tau):
+        """Return qdd (n, 7), by the articulated-body algorithm."""
+        return self._each(self._pin.aba, q, qd, tau)
+
+    def forward_kinematics(self, q):
+        """Return poses of the hand (n, 4, 4)."""
+        return self._each(self._pose, q)
+
+    def jacobian(self, q):
+        """Return Jacobians of the hand (n, 6, 7), linear rows first, with base-frame axes."""
+        return self._each(self._pin.computeFrameJacobian, q, after=(
+            self._hand, self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED))
+
+    def _pose(self, model, data, q):
+        self._pin.framesForwardKinematics(model, data, q)
+        return data.oMf[self._hand].homogeneous
+
+    def _each(self, function, *arrays, after=()):
+        return np.array([function(self._model, self._data, *row, *after).copy()
+                         for row in zip(*arrays)])

@@ -1,0 +1,191 @@
+"""From torque to effort: signs, the spring at s1, friction, and real recordings."""
+
+from baxter_dynamics_ros import ArgumentError
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.core.joints import S1
+import numpy as np
+import pytest
+
+OTHERS = [i for i in range(7) if i != S1]
+LOWER, UPPER = -1.9, 1.0  # the s1 angles that the spring's coefficients come from [rad]
+
+
+@pytest.fixture
+def full_model():
+    """Return a model in which no term is zero."""
+    return EffortModel(coulomb=np.linspace(0.1, 0.7, 7), viscous=np.linspace(0.01, 0.07, 7),
+                       bias=np.linspace(-0.3, 0.3, 7) + 0.01)
+
+
+def test_effort_is_tau_and_every_term_added(full_model, random_states):
+    q, qd, tau = random_states(100)
+    expected = (tau + full_model.spring(q) + full_model.bias + full_model.viscous * qd
+                + full_model.coulomb * np.tanh(qd / 0.05))
+    np.testing.assert_allclose(full_model.effort(tau, q, qd), expected, rtol=0.0, atol=1e-12)
+
+
+def test_spring_is_the_published_function():
+    q = np.linspace(LOWER, UPPER, 59)
+    published = (-1.5003 - 6.5882 * np.sin(q) + 32.3304 * np.cos(q)
+                 + 7.9174 * np.sin(2 * q) + 3.8172 * np.cos(2 * q))
+    np.testing.assert_allclose(EffortModel().spring(_at_s1(q))[:, S1], published,
+                               rtol=0.0, atol=1e-12)
+
+
+def test_every_coefficient_has_its_function():
+    q = np.linspace(LOWER, UPPER, 59)
+    functions = (np.ones_like(q), np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q))
+    for unit, function in zip(np.eye(5), functions):
+        spring = EffortModel(spring_coefficients=unit).spring(_at_s1(q))
+        np.testing.assert_allclose(spring[:, S1], function, rtol=0.0, atol=1e-14)
+
+
+def test_spring_helps_to_carry_the_arm():
+    # Hanging near the usual poses, the effort is above the torque the arm needs: 35 N m at zero.
+    assert EffortModel().spring(np.zeros(7))[S1] == pytest.approx(34.65, abs=0.01)
+
+
+def test_spring_acts_on_s1_alone(random_states):
+    q, _, _ = random_states(100)
+    spring = EffortModel().spring(q)
+    np.testing.assert_array_equal(spring[:, OTHERS], 0.0)
+    other = q.copy()
+    other[:, OTHERS] = 0.3
+    np.testing.assert_array_equal(EffortModel().spring(other), spring)
+
+
+@pytest.mark.parametrize('beyond, border', [(-2.1, LOWER), (1.04, UPPER)], ids=['below', 'above'])
+def test_spring_is_held_beyond_its_range(beyond, border):
+    np.testing.assert_array_equal(EffortModel().spring(_at_s1(beyond)),
+                                  EffortModel().spring(_at_s1(border)))
+    assert EffortModel().spring_is_held(_at_s1(beyond))
+    assert not EffortModel().spring_is_held(_at_s1(border))
+
+
+def test_spring_is_held_state_by_state():
+    q = _at_s1(np.array([[-2.0, -1.9, 0.0], [1.0, 1.01, 1.5]]))
+    np.testing.assert_array_equal(EffortModel().spring_is_held(q),
+                                  [[True, False, False], [False, True, True]])
+
+
+def test_another_range_is_used():
+    model = EffortModel(spring_range=(-0.5, 0.5))
+    np.testing.assert_array_equal(model.spring(_at_s1(0.9)), model.spring(_at_s1(0.5)))
+    assert model.spring_is_held(_at_s1(-0.6))
+
+
+def test_friction_is_odd_and_zero_at_rest(full_model, random_states):
+    _, qd, _ = random_states(100)
+    np.testing.assert_array_equal(full_model.friction(-qd), -full_model.friction(qd))
+    np.testing.assert_array_equal(full_model.friction(np.zeros(7)), 0.0)
+
+
+def test_friction_acts_along_the_motion(full_model):
+    assert (full_model.friction(np.full(7, 0.01)) > 0.0).all()
+
+
+def test_coulomb_friction_saturates():
+    coulomb = np.arange(1.0, 8.0)
+    model = EffortModel(coulomb=coulomb)
+    np.testing.assert_allclose(model.friction(np.full(7, 1.0)), coulomb, rtol=1e-12)
+    np.testing.assert_allclose(model.friction(np.full(7, 0.05)), coulomb * np.tanh(1.0),
+                               rtol=1e-12)
+
+
+def test_coulomb_velocity_is_the_width():
+    narrow = EffortModel(coulomb=np.ones(7), coulomb_velocity=0.01)
+    np.testing.assert_allclose(narrow.friction(np.full(7, 0.01)), np.tanh(1.0), rtol=1e-12)
+
+
+def test_viscous_friction_is_proportional():
+    viscous = np.arange(1.0, 8.0)
+    np.testing.assert_array_equal(EffortModel(viscous=viscous).friction(np.full(7, 3.0)),
+                                  3.0 * viscous)
+
+
+def test_rigid_is_tau(random_states):
+    q, qd, tau = random_states(100)
+    np.testing.assert_array_equal(EffortModel.rigid().effort(tau, q, qd), tau)
+
+
+def test_spring_that_is_absent_is_never_held():
+    assert EffortModel().has_spring
+    assert not EffortModel.rigid().has_spring
+    assert not EffortModel.rigid().spring_is_held(_at_s1([-2.1, 0.0, 1.04])).any()
+
+
+def test_arguments_stay_as_they_are(full_model, random_states):
+    q, qd, tau = random_states(10)
+    before = q.copy(), qd.copy(), tau.copy()
+    full_model.effort(tau, q, qd)
+    EffortModel.rigid().effort(tau, q, qd)
+    np.testing.assert_array_equal((q, qd, tau), before)
+
+
+def test_default_has_neither_friction_nor_bias(random_states):
+    q, qd, tau = random_states(100)
+    np.testing.assert_array_equal(EffortModel().effort(tau, q, qd)[:, OTHERS], tau[:, OTHERS])
+    np.testing.assert_array_equal(EffortModel().friction(qd), 0.0)
+
+
+def test_one_state_and_leading_axes(full_model, random_states):
+    q, qd, tau = random_states(6)
+    many = full_model.effort(*(x.reshape(2, 3, 7) for x in (tau, q, qd)))
+    assert many.shape == (2, 3, 7)
+    np.testing.assert_allclose(many[1, 2], full_model.effort(tau[5], q[5], qd[5]),
+                               rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize('values, expected', [
+    ({'spring_coefficients': np.zeros(4)}, r'spring_coefficients: expected shape \(5,\)'),
+    ({'spring_range': (1.0, -1.9)}, 'spring_range: expected lower < upper'),
+    ({'spring_range': (1.0, 1.0)}, 'spring_range: expected lower < upper'),
+    ({'coulomb': 0.1}, r'coulomb: expected shape \(7,\), got \(\)'),
+    ({'coulomb': -np.ones(7)}, 'coulomb: expected no negative value'),
+    ({'viscous': -np.ones(7)}, 'viscous: expected no negative value'),
+    ({'bias': np.full(7, np.nan)}, 'bias: expected finite values'),
+    ({'coulomb_velocity': 0.0}, 'coulomb_velocity: expected a value in'),
+    ({'coulomb_velocity': -0.05}, 'coulomb_velocity: expected a value in'),
+    ({'bias': ['a'] * 7}, 'bias: expected real numbers'),
+], ids=lambda value: next(iter(value)) if isinstance(value, dict) else '')
+def test_bad_values_are_refused(values, expected):
+    with pytest.raises(ArgumentError, match=f'^effort_model.{expected}'):
+        EffortModel(**values)
+
+
+def test_arrays_are_read_only_copies():
+    bias = np.zeros(7)
+    model = EffortModel(bias=bias)
+    bias[:] = 1.0
+    np.testing.assert_array_equal(model.bias, 0.0)
+    with pytest.raises(ValueError, match='read-only'):
+        model.bias[0] = 1.0
+
+
+@pytest.mark.parametrize('name', ['baxter_left_arm_tracking', 'baxter_point_to_point'])
+def test_spring_explains_the_measured_effort_at_s1(recordings, name):
+    # Nearly at rest, where gravity is all the torque. Measured: 1.0 and 1.8 N m with the spring,
+    # 24.5 and 27.8 without it, which is worse than predicting zero (14.1 and 14.4).
+    data = np.load(recordings / f'{name}.npz')
+    slow = np.abs(data['velocity']).max(axis=1) < 0.05  # rad/s
+    q, effort = data['position'][slow], data['effort'][slow]
+    assert len(q) > 100
+    tau, rest = BaxterArm().gravity(q), np.zeros_like(q)
+    with_spring = _rms(effort - EffortModel().effort(tau, q, rest))
+    without = _rms(effort - EffortModel.rigid().effort(tau, q, rest))
+    assert with_spring[S1] < 2.0
+    assert with_spring[S1] < without[S1] / 10
+    assert without[S1] > _rms(effort)[S1]
+    np.testing.assert_array_equal(with_spring[OTHERS], without[OTHERS])
+
+
+def _at_s1(angle):
+    """Return states (..., 7) at rest at 0.2 rad but for s1, which has the angles (...)."""
+    q = np.full(np.shape(angle) + (7,), 0.2)
+    q[..., S1] = angle
+    return q
+
+
+def _rms(residual):
+    return np.sqrt(np.mean(residual ** 2, axis=0))

@@ -1,0 +1,110 @@
+"""Imports point one way: core <- signals <- (ros | simulation) <- cli, and the core is NumPy's."""
+
+import ast
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import baxter_dynamics_ros
+import pytest
+
+PACKAGE = Path(baxter_dynamics_ros.__file__).resolve().parent
+NAME = PACKAGE.name
+
+# Part of the package -> the parts it may import. The root's __init__ hands out the core.
+MAY_IMPORT = {
+    '__init__': {'core'},
+    'core': {'core'},
+    'signals': {'core', 'signals'},
+    'newton_euler': {'core'},
+    'simulation': {'core', 'simulation'},
+    'ros': {'core', 'signals', 'simulation', 'newton_euler', 'ros'},
+    'cli': {'core', 'signals', 'simulation', 'newton_euler', 'ros', 'cli'},
+}
+# ... and inside a function only, so that the import waits until someone asks for it.
+MAY_IMPORT_LATE = {'signals': {'newton_euler'}}
+
+# Parts that import nothing but themselves, NumPy and the standard library.
+NUMPY_ALONE = {'__init__', 'core', 'signals'}
+# What is confined -> the parts it is confined to.
+CONFINED = {
+    'pinocchio': {'newton_euler'},
+    'mujoco': {'simulation'},
+    'rclpy': {'ros', 'cli'},
+    'matplotlib': {'cli'},
+    'rich': {'cli'},
+}
+
+FILES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob('*.py'))
+
+
+def test_the_files_are_found():
+    assert Path('core', 'arm.py') in FILES
+
+
+@pytest.mark.parametrize('file', FILES, ids=str)
+def test_imports_within_the_package(file):
+    part = _part(file)
+    assert part in MAY_IMPORT, f'{file}: say in MAY_IMPORT what it may import'
+    for module, late in _imports(file):
+        if module[0] != NAME:
+            continue
+        allowed = MAY_IMPORT[part] | (MAY_IMPORT_LATE.get(part, set()) if late else set())
+        imported = module[1] if len(module) > 1 else 'core'
+        assert imported in allowed, f'{file} imports {".".join(module)}'
+
+
+@pytest.mark.parametrize('file', FILES, ids=str)
+def test_imports_from_elsewhere(file):
+    part = _part(file)
+    for module, _ in _imports(file):
+        top = module[0]
+        if part in NUMPY_ALONE:
+            assert top in sys.stdlib_module_names | {'numpy', NAME}, f'{file} imports {top}'
+        assert part in CONFINED.get(top, {part}), f'{file} imports {top}'
+
+
+def test_the_package_loads_numpy_alone():
+    assert _loaded_by(NAME) == {'numpy', NAME}
+
+
+def test_core_and_signals_load_numpy_alone():
+    modules = ['.'.join((NAME, *file.with_suffix('').parts)) for file in FILES
+               if _part(file) in NUMPY_ALONE and file.stem != '__init__']
+    assert _loaded_by(*modules) == {'numpy', NAME}
+
+
+def _part(file):
+    """Return the folder, or the module in the root, that a file belongs to."""
+    return Path(file.parts[0]).stem
+
+
+def _imports(file):
+    """Yield (name parts, whether inside a function) of each module that a file imports."""
+    tree = ast.parse((PACKAGE / file).read_text(encoding='utf-8'))
+    functions = [node for node in ast.walk(tree)
+                 if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    late = {node for function in functions for node in ast.walk(function)}
+    here = (NAME, *file.with_suffix('').parts)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield tuple(alias.name.split('.')), node in late
+        elif isinstance(node, ast.ImportFrom):
+            base = here[:-node.level] if node.level else ()
+            base += tuple(node.module.split('.')) if node.module else ()
+            for alias in node.names:
+                # `from .. import x`: x is a part, or a name that the root hands out.
+                is_part = base == (NAME,) and alias.name in MAY_IMPORT
+                yield (base + (alias.name,) if is_part else base), node in late
+
+
+def _loaded_by(*modules):
+    """Return what importing them loads into a fresh interpreter, beside the standard library."""
+    code = (f'import sys; before = set(sys.modules); import {", ".join(modules)}; '
+            'print(*{name.split(".")[0] for name in set(sys.modules) - before})')
+    path = os.pathsep.join([str(PACKAGE.parent), os.environ.get('PYTHONPATH', '')])
+    answer = subprocess.run([sys.executable, '-c', code], env={**os.environ, 'PYTHONPATH': path},
+                            check=True, capture_output=True, text=True, timeout=60)
+    return set(answer.stdout.split()) - sys.stdlib_module_names

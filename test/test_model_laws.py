@@ -1,0 +1,248 @@
+"""Laws that any correct arm obeys, whatever its numbers and whoever computes them."""
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.core import lagrange_euler
+import numpy as np
+import pytest
+
+STEP = 3e-4  # of the fourth-order differences: truncation and rounding are both near 1e-11
+EXACT = {'rtol': 0.0, 'atol': 1e-12}
+
+
+@pytest.fixture
+def states(random_states):
+    return random_states(300)
+
+
+def test_mass_matrix_is_symmetric(arm, states):
+    mass = arm.mass_matrix(states[0])
+    np.testing.assert_array_equal(mass, mass.swapaxes(-1, -2))
+
+
+def test_mass_matrix_is_positive_definite(arm, random_states):
+    q, _, _ = random_states(3000)
+    assert np.linalg.eigvalsh(arm.mass_matrix(q)).min() > 1e-4  # kg m^2; least found: 5e-4
+
+
+def test_mass_matrix_is_that_of_the_bodies_kinetic_energy(arm, states):
+    # K = sum m v.v / 2 + w.I w / 2 over links and payload, velocities by differences of eq. (2).
+    q, qd, _ = states
+    kinetic = 0.0
+    for frame, mass, center, inertia in _bodies(arm):
+        motion = _derivative(lambda t: frame(q + t * qd))
+        pose = frame(q)
+        velocity = (motion @ np.append(center, 1.0))[:, :3]
+        spin = pose[:, :3, :3].swapaxes(-1, -2) @ motion[:, :3, :3]  # R^T dR/dt, in the body
+        omega = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
+        kinetic = kinetic + (mass * _dot(velocity, velocity)
+                             + _dot(omega, omega @ inertia)) / 2
+    np.testing.assert_allclose(_kinetic_energy(arm, q, qd), kinetic, rtol=0.0, atol=1e-9)
+
+
+def test_mass_rate_less_twice_coriolis_is_skew(arm, states):
+    q, qd, _ = states
+    mass_rate = _derivative(lambda t: arm.mass_matrix(q + t * qd))
+    difference = mass_rate - 2 * arm.coriolis_matrix(q, qd)
+    np.testing.assert_allclose(difference, -difference.swapaxes(-1, -2), rtol=0.0, atol=1e-9)
+
+
+def test_mass_rate_less_twice_coriolis_does_no_work(arm, states):
+    q, qd, x = states
+    mass_rate = _derivative(lambda t: arm.mass_matrix(q + t * qd))
+    difference = mass_rate - 2 * arm.coriolis_matrix(q, qd)
+    for vector in (qd, x):
+        work = _dot(vector, (difference @ vector[..., None])[..., 0])
+        np.testing.assert_allclose(work, 0.0, rtol=0.0, atol=1e-8)
+
+
+def test_coriolis_matrix_is_linear_in_velocity(arm, states):
+    q, x, y = states
+    np.testing.assert_allclose(
+        arm.coriolis_matrix(q, 2 * x - 3 * y),
+        2 * arm.coriolis_matrix(q, x) - 3 * arm.coriolis_matrix(q, y), **EXACT)
+
+
+def test_coriolis_matrix_swaps_its_velocities(arm, states):
+    # C(q, x) y = C(q, y) x, which holds for the Christoffel symbols only.
+    q, x, y = states
+    np.testing.assert_allclose(arm.coriolis_matrix(q, x) @ y[..., None],
+                               arm.coriolis_matrix(q, y) @ x[..., None], **EXACT)
+
+
+def test_gravity_is_the_gradient_of_potential_energy(arm, states):
+    q, _, _ = states
+    gradient = np.stack([_derivative(lambda t: _potential_energy(arm, q + t * unit))
+                         for unit in np.eye(7)], axis=-1)
+    np.testing.assert_allclose(arm.gravity(q), gradient, rtol=0.0, atol=1e-9)
+
+
+def test_gravity_is_linear_in_the_gravity_vector(states):
+    q, _, _ = states
+    g, h = np.array([0.3, -2.0, 5.0]), np.array([1.0, 4.0, -9.0])
+    np.testing.assert_allclose(
+        BaxterArm(gravity=2 * g - 3 * h).gravity(q),
+        2 * BaxterArm(gravity=g).gravity(q) - 3 * BaxterArm(gravity=h).gravity(q),
+        rtol=0.0, atol=1e-11)
+    np.testing.assert_array_equal(BaxterArm(gravity=np.zeros(3)).gravity(q), 0.0)
+
+
+def test_torque_is_linear_in_acceleration(arm, states):
+    q, qd, qdd = states
+    zero = np.zeros(7)
+    np.testing.assert_allclose(
+        arm.inverse_dynamics(q, qd, 3 * qdd) - arm.inverse_dynamics(q, qd, zero),
+        3 * (arm.mass_matrix(q) @ qdd[..., None])[..., 0], **EXACT)
+
+
+def test_inverse_dynamics_is_the_sum_of_the_terms(arm, states):
+    q, qd, qdd = states
+    mass, coriolis, gravity = arm.terms(q, qd)
+    np.testing.assert_allclose(
+        arm.inverse_dynamics(q, qd, qdd),
+        (mass @ qdd[..., None] + coriolis @ qd[..., None])[..., 0] + gravity, **EXACT)
+
+
+def test_forward_dynamics_undoes_inverse_dynamics(arm, states):
+    q, qd, qdd = states
+    np.testing.assert_allclose(arm.forward_dynamics(q, qd, arm.inverse_dynamics(q, qd, qdd)), qdd,
+                               rtol=0.0, atol=1e-10)  # 1e-14 N m times 1e4 of condition number
+
+
+def test_inverse_dynamics_undoes_forward_dynamics(arm, states):
+    q, qd, tau = states
+    np.testing.assert_allclose(arm.inverse_dynamics(q, qd, arm.forward_dynamics(q, qd, tau)), tau,
+                               rtol=0.0, atol=1e-11)
+
+
+def test_power_is_the_rate_of_energy(arm, states):
+    q, qd, qdd = states
+    rate = _derivative(lambda t: _energy(arm, q + t * qd + t ** 2 / 2 * qdd, qd + t * qdd))
+    power = _dot(qd, arm.inverse_dynamics(q, qd, qdd))  # up to 160 W
+    np.testing.assert_allclose(power, rate, rtol=0.0, atol=1e-8)
+
+
+def test_free_motion_conserves_energy(arm, random_states):
+    # Runge and Kutta's method is of order four: half the step, a sixteenth of the drift.
+    q, qd, _ = random_states(20, speed=1.0)
+    drift = [np.abs(_energy(arm, *_fall(arm, q, qd, 0.2, step)) - _energy(arm, q, qd)).max()
+             for step in (2e-3, 1e-3)]
+    assert drift[1] < 2e-8  # J, of energies of 10 J
+    assert 12 < drift[0] / drift[1] < 20
+
+
+def test_jacobian_is_the_derivative_of_the_hand_position(arm, states):
+    q, _, _ = states
+    derivative = np.stack([_derivative(lambda t: arm.forward_kinematics(q + t * unit))
+                           for unit in np.eye(7)], axis=-1)
+    np.testing.assert_allclose(arm.jacobian(q)[:, :3], derivative[:, :3, 3], rtol=0.0, atol=1e-10)
+
+
+def test_jacobian_is_the_derivative_of_the_hand_orientation(arm, states):
+    q, qd, _ = states
+    rotation = arm.forward_kinematics(q)[:, :3, :3]
+    rate = _derivative(lambda t: arm.forward_kinematics(q + t * qd))[:, :3, :3]
+    spin = rate @ rotation.swapaxes(-1, -2)  # dR/dt R^T = skew(omega), base-frame axes
+    omega = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
+    np.testing.assert_allclose((arm.jacobian(q) @ qd[..., None])[:, 3:, 0], omega,
+                               rtol=0.0, atol=1e-9)
+
+
+def test_hand_pose_is_a_rigid_transform(arm, states):
+    pose = arm.forward_kinematics(states[0])
+    rotation = pose[:, :3, :3]
+    np.testing.assert_allclose(rotation @ rotation.swapaxes(-1, -2),
+                               np.broadcast_to(np.eye(3), rotation.shape), **EXACT)
+    np.testing.assert_allclose(np.linalg.det(rotation), 1.0, **EXACT)
+    np.testing.assert_array_equal(pose[:, 3], np.broadcast_to([0, 0, 0, 1], pose[:, 3].shape))
+
+
+def test_point_payload_weighs_at_its_place(states):
+    q, _, _ = states
+    load = Payload(mass=1.5, center_of_mass=(0.02, -0.05, 0.12))
+    linear, _ = _payload_jacobians(q, load)
+    weight = load.mass * np.array([0.0, 0.0, -9.81])
+    np.testing.assert_allclose(BaxterArm(payload=load).gravity(q) - BaxterArm().gravity(q),
+                               linear.swapaxes(-1, -2) @ -weight, **EXACT)
+
+
+def test_payload_has_its_own_mass_matrix(states):
+    # M with payload - M = m J^T J + Jw^T R I R^T Jw, at the payload's centre of mass.
+    q, _, _ = states
+    load = Payload(mass=1.5, center_of_mass=(0.02, -0.05, 0.12),
+                   inertia=(3e-3, 2e-3, 2.5e-3, 3e-4, -2e-4, 1e-4))
+    linear, angular = _payload_jacobians(q, load)
+    rotation = BaxterArm().forward_kinematics(q)[:, :3, :3]
+    xx, yy, zz, xy, yz, xz = load.inertia
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    expected = (load.mass * linear.swapaxes(-1, -2) @ linear + angular.swapaxes(-1, -2)
+                @ rotation @ inertia @ rotation.swapaxes(-1, -2) @ angular)
+    np.testing.assert_allclose(BaxterArm(payload=load).mass_matrix(q) - BaxterArm().mass_matrix(q),
+                               expected, **EXACT)
+
+
+def test_turning_the_mount_is_turning_gravity(arm, states):
+    turned = BaxterArm(payload=arm.payload, gravity=arm.mount[:3, :3].T @ arm.gravity_vector)
+    np.testing.assert_allclose(arm.gravity(states[0]), turned.gravity(states[0]), **EXACT)
+
+
+def test_left_and_right_arm_need_the_same_torques(states):
+    left, right = BaxterArm(mount=mount('left')), BaxterArm(mount=mount('right'))
+    np.testing.assert_allclose(left.inverse_dynamics(*states), right.inverse_dynamics(*states),
+                               **EXACT)
+
+
+def _derivative(f):
+    """Return df/dt at 0 by a central difference of fourth order."""
+    return (f(-2 * STEP) - 8 * f(-STEP) + 8 * f(STEP) - f(2 * STEP)) / (12 * STEP)
+
+
+def _dot(x, y):
+    return np.einsum('...i,...i->...', x, y)
+
+
+def _bodies(arm):
+    """Yield of each body: its frame in the base as a function of q, mass, centre, inertia."""
+    p = arm.parameters
+    for j in range(7):
+        yield (lambda q, j=j: arm.mount @ lagrange_euler.transform(p, 0, j + 1, q),
+               p.mass[j], p.center_of_mass[j], p.inertia[j])
+    yield (lambda q: arm.mount @ lagrange_euler.transform(p, 0, 7, q),
+           arm.payload.mass, np.array(arm.payload.center_of_mass), arm.payload.inertia_tensor)
+
+
+def _kinetic_energy(arm, q, qd):
+    return _dot(qd, (arm.mass_matrix(q) @ qd[..., None])[..., 0]) / 2
+
+
+def _potential_energy(arm, q):
+    """Return P (...) [J] of eq. (4), from the place of every body's centre of mass."""
+    return -sum(mass * (frame(q) @ np.append(center, 1.0))[..., :3] @ arm.gravity_vector
+                for frame, mass, center, _ in _bodies(arm))
+
+
+def _energy(arm, q, qd):
+    return _kinetic_energy(arm, q, qd) + _potential_energy(arm, q)
+
+
+def _fall(arm, q, qd, duration, step):
+    """Return the state after ``duration`` [s] without torque, by the classical Runge-Kutta."""
+    def rate(x):
+        return np.stack([x[1], arm.forward_dynamics(x[0], x[1], np.zeros(7))])
+    x = np.stack([q, qd])
+    for _ in range(round(duration / step)):
+        k1 = rate(x)
+        k2 = rate(x + step / 2 * k1)
+        k3 = rate(x + step / 2 * k2)
+        k4 = rate(x + step * k3)
+        x = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return x
+
+
+def _payload_jacobians(q, load):
+    """Return the linear and angular Jacobians, each (n, 3, 7), of the payload's centre."""
+    jacobian = BaxterArm().jacobian(q)
+    arms = BaxterArm().forward_kinematics(q)[:, :3, :3] @ np.array(load.center_of_mass)
+    linear = jacobian[:, :3] + np.cross(jacobian[:, 3:], arms[..., None], axis=1)
+    return linear, jacobian[:, 3:]

@@ -1,0 +1,125 @@
+"""The tables as the paper prints them, and what the two named corrections change."""
+
+from math import pi
+import re
+
+from baxter_dynamics_ros import ArgumentError
+from baxter_dynamics_ros.core import paper_tables
+from baxter_dynamics_ros.core.joints import S1
+from baxter_dynamics_ros.core.parameters import inertia_about_origin
+from baxter_dynamics_ros.core.parameters import INERTIA_AT_ORIGIN
+from baxter_dynamics_ros.core.parameters import paper_parameters
+from baxter_dynamics_ros.core.parameters import pseudo_inertia
+from baxter_dynamics_ros.core.parameters import THETA_2_OFFSET
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def paper(shared):
+    path = shared / 'PAPER.md'
+    if not path.is_file():
+        pytest.skip(f'{path} is missing: it is the paper')
+    return path.read_text(encoding='utf-8')
+
+
+def test_table_ii_is_the_printed_one(paper):
+    rows = _rows(paper, 'TABLE II')
+    assert [row[1] for row in rows] == [rf'$\theta_{{{i}}}$' for i in range(1, 8)]
+    angles = {'0': 0.0, r'$\pi / 2$': pi / 2, r'$-\pi / 2$': -pi / 2}
+    printed = [(float(d), float(a), angles[alpha], float(mass))
+               for _, _, d, a, alpha, mass in rows]
+    assert paper_tables.TABLE_II == tuple(printed)
+
+
+def test_table_iii_is_the_printed_one(paper):
+    rows = [tuple(float(cell) for cell in row[1:]) for row in _rows(paper, 'TABLE III')]
+    assert len(rows) == 14  # xx yy zz of all links, then xy yz xz
+    assert paper_tables.TABLE_III == tuple(a + b for a, b in zip(rows[:7], rows[7:]))
+
+
+def test_table_iv_is_the_printed_one(paper):
+    rows = [tuple(float(cell) for cell in row[1:]) for row in _rows(paper, 'TABLE IV')]
+    assert paper_tables.TABLE_IV == tuple(rows)
+
+
+def test_gravity_is_the_printed_one(paper):
+    x, y, z, _ = re.search(r'\\mathbf{g}=\[([^]]+)\]', paper)[1].split(',')
+    assert paper_tables.GRAVITY == (float(x), float(y), float(z))
+
+
+def test_uncorrected_parameters_are_the_tables():
+    p = paper_parameters(())
+    d, a, alpha, mass = np.transpose(paper_tables.TABLE_II)
+    np.testing.assert_array_equal(p.d, d)
+    np.testing.assert_array_equal(p.a, a)
+    np.testing.assert_array_equal(p.alpha, alpha)
+    np.testing.assert_array_equal(p.mass, mass)
+    np.testing.assert_array_equal(p.theta_offset, 0.0)
+    np.testing.assert_array_equal(p.center_of_mass, paper_tables.TABLE_IV)
+    for tensor, (xx, yy, zz, xy, yz, xz) in zip(p.inertia, paper_tables.TABLE_III):
+        np.testing.assert_array_equal(tensor, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def test_uncorrected_pseudo_inertia_is_eq_12_as_printed():
+    rows = zip(paper_parameters(()).pseudo_inertia, paper_tables.TABLE_II,
+               paper_tables.TABLE_III, paper_tables.TABLE_IV)
+    for result, (_, _, _, m), (xx, yy, zz, xy, yz, xz), (x, y, z) in rows:
+        np.testing.assert_allclose(result, [
+            [(-xx + yy + zz) / 2, xy, xz, m * x],
+            [xy, (xx - yy + zz) / 2, yz, m * y],
+            [xz, yz, (xx + yy - zz) / 2, m * z],
+            [m * x, m * y, m * z, m]], rtol=0.0, atol=1e-16)
+
+
+def test_theta_2_offset_changes_theta_2_alone():
+    before, after = paper_parameters(()), paper_parameters({THETA_2_OFFSET})
+    assert _changed(before, after) == {'corrections', 'theta_offset'}
+    offset = np.zeros(7)
+    offset[S1] = pi / 2
+    np.testing.assert_array_equal(after.theta_offset, offset)
+
+
+def test_inertia_at_origin_changes_second_moments_alone():
+    before, after = paper_parameters(()), paper_parameters({INERTIA_AT_ORIGIN})
+    assert _changed(before, after) == {'corrections', 'pseudo_inertia'}
+    np.testing.assert_array_equal(before.pseudo_inertia[:, 3], after.pseudo_inertia[:, 3])
+
+
+def test_both_corrections_are_the_default():
+    assert _changed(paper_parameters(),
+                    paper_parameters({THETA_2_OFFSET, INERTIA_AT_ORIGIN})) == set()
+
+
+def test_unknown_correction_is_refused():
+    with pytest.raises(ArgumentError, match='corrections: .*theta_3.*expected.*theta_2_offset'):
+        paper_parameters({'theta_3'})
+
+
+def test_corrected_pseudo_inertia_is_the_second_moment_of_mass(rng):
+    # Of a body of twenty points J = sum m [x y z 1]^T [x y z 1] can be had without any formula.
+    mass, points = rng.uniform(0.1, 1.0, 20), rng.uniform(-0.3, 0.3, (20, 3))
+    center = mass @ points / mass.sum()
+    inertia = sum(m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(mass, points - center))
+    result = pseudo_inertia(inertia_about_origin(inertia, mass.sum(), center), mass.sum(), center)
+    homogeneous = np.column_stack([points, np.ones(20)])
+    np.testing.assert_allclose(result, homogeneous.T @ (mass[:, None] * homogeneous),
+                               rtol=0.0, atol=1e-14)
+
+
+def test_corrected_parameters_use_that_pseudo_inertia():
+    p = paper_parameters()
+    np.testing.assert_array_equal(p.pseudo_inertia, pseudo_inertia(
+        inertia_about_origin(p.inertia, p.mass, p.center_of_mass), p.mass, p.center_of_mass))
+
+
+def _rows(paper, title):
+    """Return the cells of the rows that begin with a link's number in the table of that title."""
+    table = paper.split(f'\n{title}\n')[1].split('\n\n')[1]
+    rows = [[cell.strip() for cell in line.strip('|').split('|')] for line in table.split('\n')]
+    return [row for row in rows if row[0].isdigit()]
+
+
+def _changed(before, after):
+    return {name for name in vars(before)
+            if not np.array_equal(getattr(before, name), getattr(after, name))}
