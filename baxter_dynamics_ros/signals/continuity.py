@@ -1,0 +1,76 @@
+"""Whether a sample continues the stream, starts it anew, or does not belong to it."""
+
+import numpy as np
+
+from .events import Event
+from ..core.joints import VELOCITY_LIMIT
+
+GAP = 0.25  # longer between two stamps [s]: the filter starts anew
+CLOCK_JUMP = 0.5  # stamps that run back this far [s] belong to another clock
+MAX_OUT_OF_ORDER = 5  # late messages in a row, after which the stream is believed instead
+JUMP_MARGIN = 0.02  # [rad] allowed on top of 1.5 times the greatest joint speed
+UNKNOWN_PERIOD = 0.03  # [s] that two messages with one stamp may be apart in truth
+
+
+class Continuity:
+    """Remembers the last sample that was taken in and judges the next against it."""
+
+    def __init__(self):
+        self._last = None  # (stamp [ns], q, qd, effort)
+        self._out_of_order = 0
+
+    def forget(self):
+        """Take whatever comes next as a beginning."""
+        self._last = None
+        self._out_of_order = 0
+
+    def judge(self, stamp_ns: int, q: np.ndarray, qd, effort) -> 'Event | None':
+        """
+        Judge a sample, and remember it unless it is dropped.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            The sample's stamp [ns].
+        q : ndarray (7,)
+            Position [rad].
+        qd, effort : ndarray (7,) or None
+            Velocity [rad/s] and effort [N m].
+
+        Returns
+        -------
+        Event or None
+            OUT_OF_ORDER or DUPLICATE: drop it. REPEATED_STAMP: new data at the last stamp.
+            RESET_...: start anew with it. None: it continues the stream, or begins it.
+
+        """
+        event = self._verdict(stamp_ns, q, qd, effort)
+        if event not in (Event.OUT_OF_ORDER, Event.DUPLICATE):
+            self._last = (stamp_ns, q, qd, effort)
+            self._out_of_order = 0
+        return event
+
+    def _verdict(self, stamp_ns, q, qd, effort):
+        if self._last is None:
+            return None
+        last_stamp, last_q, last_qd, last_effort = self._last
+        dt = (stamp_ns - last_stamp) * 1e-9
+        if dt > GAP:
+            return Event.RESET_GAP
+        if dt < 0.0:
+            self._out_of_order += 1
+            if -dt >= CLOCK_JUMP or self._out_of_order >= MAX_OUT_OF_ORDER:
+                return Event.RESET_CLOCK_JUMP
+            return Event.OUT_OF_ORDER
+        if dt == 0.0 and (_same(q, last_q) and _same(qd, last_qd) and _same(effort, last_effort)):
+            return Event.DUPLICATE
+        if (qd is None) != (last_qd is None):
+            return Event.RESET_VELOCITY_SOURCE
+        period = dt or UNKNOWN_PERIOD
+        if (np.abs(q - last_q) > (1.5 * period) * VELOCITY_LIMIT + JUMP_MARGIN).any():
+            return Event.RESET_POSITION_JUMP
+        return Event.REPEATED_STAMP if dt == 0.0 else None
+
+
+def _same(a, b) -> bool:
+    return a is b if a is None or b is None else bool((a == b).all())

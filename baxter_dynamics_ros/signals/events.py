@@ -1,0 +1,64 @@
+"""What can be wrong with a joint state, and what to do about it: counted, reported, never lost."""
+
+from enum import Enum
+
+
+class Event(Enum):
+    """
+    A reason why a message gave no prediction, or restarted the filter.
+
+    The value is the key under which it is counted in the diagnostics.
+    """
+
+    # Messages that are dropped:
+    NOT_THIS_ARM = 'not_this_arm'
+    INCOMPLETE_ARM = 'incomplete_arm'
+    DUPLICATE_JOINT = 'duplicate_joint'
+    LENGTH_MISMATCH = 'length_mismatch'
+    NON_FINITE = 'non_finite'
+    IMPLAUSIBLE = 'implausible'
+    OUT_OF_ORDER = 'out_of_order'
+    DUPLICATE = 'duplicate'
+    # Messages that are taken in, but give no prediction of their own:
+    REPEATED_STAMP = 'repeated_stamp'
+    # The filter starts anew with the message:
+    RESET_GAP = 'reset_gap'
+    RESET_CLOCK_JUMP = 'reset_clock_jump'
+    RESET_POSITION_JUMP = 'reset_position_jump'
+    RESET_VELOCITY_SOURCE = 'reset_velocity_source'
+    RESET_REQUESTED = 'reset_requested'
+    # The prediction is made, without a residual:
+    EFFORT_MISSING = 'effort_missing'
+    EFFORT_ALL_ZERO = 'effort_all_zero'
+    # The velocity is taken from the positions:
+    VELOCITY_MISSING = 'velocity_missing'
+    # The spring is held at the border of its range:
+    SPRING_HELD = 'spring_held'
+
+
+# What a user should know of each, in one line. Those without a line are normal.
+REMEDIES = {
+    Event.INCOMPLETE_ARM:
+        "messages name some of the arm's joints but not all: check the publisher",
+    Event.DUPLICATE_JOINT: 'messages name a joint of the arm twice: check the publisher',
+    Event.LENGTH_MISMATCH:
+        'position, velocity or effort is not as long as name: check the publisher',
+    Event.NON_FINITE: 'messages hold NaN or infinity: check the publisher',
+    Event.IMPLAUSIBLE:
+        'positions beyond a full turn, or velocities or efforts no Baxter has: are they in rad, '
+        'rad/s, N m?',
+    Event.OUT_OF_ORDER: 'stamps run backwards: is there a second publisher on the topic?',
+    Event.DUPLICATE: 'the same message arrives twice: is the topic bridged twice?',
+    Event.REPEATED_STAMP:
+        'several messages bear one stamp: they are arrival times or not filled in; have the '
+        "bridge keep the robot's stamps",
+    Event.RESET_GAP: 'more than 0.25 s between stamps: check the network and the rate',
+    Event.RESET_CLOCK_JUMP: "the stamps' clock was set back",
+    Event.RESET_POSITION_JUMP: 'positions jump faster than the arm can move',
+    Event.EFFORT_MISSING: 'no measured effort: predictions only, no residual',
+    Event.EFFORT_ALL_ZERO:
+        'measured effort is exactly zero on all joints, as some simulators publish: effort '
+        'invalid, no residual',
+    Event.VELOCITY_MISSING: 'no measured velocity: using the slope of the positions',
+    Event.SPRING_HELD: 's1 is outside the range for which the spring is known: its border is held',
+}

@@ -1,0 +1,179 @@
+"""
+Every setting of the predictor, stated once: name, default, unit, range, meaning.
+
+The node declares its parameters from this table, and parameter files are checked against it.
+"""
+
+from dataclasses import dataclass
+
+from .motion import MotionEstimator
+from .predictor import Predictor
+from ..core.arm import BaxterArm
+from ..core.effort import COULOMB_VELOCITY
+from ..core.effort import EffortModel
+from ..core.effort import SPRING_COEFFICIENTS
+from ..core.effort import SPRING_RANGE
+from ..core.exceptions import ArgumentError
+from ..core.joints import mount
+from ..core.joints import N_JOINTS
+from ..core.joints import SIDES
+from ..core.paper_tables import GRAVITY
+from ..core.parameters import Payload
+from ..core.validation import finite
+from ..core.validation import number
+
+METHODS = ('lagrange_euler', 'newton_euler')
+_ZEROS = (0.0,) * N_JOINTS
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting; a tuple as default means a list of as many numbers."""
+
+    name: str
+    default: object  # str, bool, float or tuple of float
+    description: str
+    unit: str = ''
+    lower: float = -float('inf')
+    upper: float = float('inf')
+    choices: tuple = ()
+    read_only: bool = False  # fixed when the node starts
+
+    def check(self, value):
+        """
+        Return the value in the type of the default.
+
+        Raises
+        ------
+        ArgumentError
+            If it has the wrong type or length, or is out of range or not finite.
+
+        """
+        if isinstance(self.default, bool):
+            if not isinstance(value, bool):
+                raise ArgumentError(self.name, f'expected true or false, got {value!r}')
+            return value
+        if isinstance(self.default, str):
+            if not isinstance(value, str) or value not in self.choices:
+                raise ArgumentError(
+                    self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
+            return value
+        if isinstance(self.default, float):
+            return number(self.name, value, self.lower, self.upper)
+        values = tuple(finite(self.name, value, (len(self.default),)).tolist())
+        for i, element in enumerate(values):
+            number(f'{self.name}[{i}]', element, self.lower, self.upper)
+        return values
+
+
+SETTINGS = (
+    Setting('arm', 'right', 'Which arm: its joints are picked by name.', choices=SIDES,
+            read_only=True),
+    Setting('method', 'lagrange_euler',
+            'Inverse dynamics: the closed form, or the recursive method computed by Pinocchio.',
+            choices=METHODS),
+    Setting('acceleration.cutoff', 5.0,
+            'Cut-off of the second-order Butterworth derivative of the velocity.', 'Hz',
+            0.5, 50.0),
+    Setting('acceleration.velocity_lag', 0.014,
+            'How far the measured velocity lags position and effort.', 's', 0.0, 0.2),
+    Setting('align', True,
+            'Predict for the instant the acceleration belongs to, and compare with the effort '
+            'of that instant. False: newest values, lagging acceleration.'),
+    Setting('effort_model.enabled', True,
+            'Spring, friction and bias of the real robot. False for a simulator: effort = tau.'),
+    Setting('effort_model.spring_coefficients', SPRING_COEFFICIENTS,
+            'Spring at s1, as coefficients of 1, sin q, cos q, sin 2q, cos 2q.', 'N m',
+            -200.0, 200.0),
+    Setting('effort_model.spring_range', SPRING_RANGE,
+            'The s1 angles for which they hold; beyond, the value at the border is held.', 'rad',
+            -3.2, 3.2),
+    Setting('effort_model.coulomb', _ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0),
+    Setting('effort_model.coulomb_velocity', COULOMB_VELOCITY,
+            "Width of the Coulomb friction's change of sign.", 'rad/s', 1e-3, 1.0),
+    Setting('effort_model.viscous', _ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0),
+    Setting('effort_model.bias', _ZEROS, 'Offset of the measured effort per joint.', 'N m',
+            -50.0, 50.0),
+    Setting('gravity', GRAVITY, "Gravity vector in the robot's base frame.", 'm/s^2',
+            -30.0, 30.0),
+    Setting('payload.mass', 0.0, 'Mass of what the hand carries.', 'kg', 0.0, 10.0),
+    Setting('payload.center_of_mass', (0.0, 0.0, 0.0), 'Its centre of mass in the hand frame.',
+            'm', -1.0, 1.0),
+    Setting('payload.inertia', (0.0,) * 6,
+            'Its inertia about its centre of mass, hand-frame axes: xx, yy, zz, xy, yz, xz.',
+            'kg m^2', -2.0, 2.0),
+)
+
+DEFAULTS = {setting.name: setting.default for setting in SETTINGS}
+
+
+class PredictorSettings:
+    """
+    A complete, valid set of settings, and what is built from it.
+
+    Parameters
+    ----------
+    values : dict, optional
+        Setting name to value; what is missing has its default.
+
+    Attributes
+    ----------
+    values : dict
+        All settings.
+    arm : BaxterArm
+        The model, in the robot's base frame.
+    effort_model : EffortModel
+        From tau to measured effort.
+
+    Raises
+    ------
+    ArgumentError
+        If a name is unknown, a value is refused, or values do not fit together.
+
+    """
+
+    def __init__(self, values: dict = None):
+        values = dict(values or {})
+        for name in values:
+            if name not in DEFAULTS:
+                raise ArgumentError(str(name), f'unknown setting; known are {", ".join(DEFAULTS)}')
+        self.values = {setting.name: setting.check(values.get(setting.name, setting.default))
+                       for setting in SETTINGS}
+        self.arm = BaxterArm(payload=Payload(**self._group('payload')),
+                             gravity=self.values['gravity'], mount=mount(self.values['arm']))
+        effort = self._group('effort_model')
+        enabled = effort.pop('enabled')
+        model = EffortModel(**effort)  # checked even where it is off
+        self.effort_model = model if enabled else EffortModel.rigid()
+        self._inverse_dynamics = self._choose_method()
+
+    def predictor(self) -> Predictor:
+        """Return a new stream handler with these settings."""
+        return Predictor(self.values['arm'], self._inverse_dynamics, self.effort_model,
+                         self._estimator())
+
+    def configure(self, predictor: Predictor, before: 'PredictorSettings'):
+        """Bring a stream handler here from the settings ``before``; the arm must be the same."""
+        estimator = None if self._motion() == before._motion() else self._estimator()
+        predictor.configure(self._inverse_dynamics, self.effort_model, estimator)
+
+    def _motion(self) -> dict:
+        return {'align': self.values['align'], **self._group('acceleration')}
+
+    def _estimator(self) -> MotionEstimator:
+        return MotionEstimator(**self._motion())
+
+    def _group(self, prefix: str) -> dict:
+        start = prefix + '.'
+        return {name[len(start):]: value for name, value in self.values.items()
+                if name.startswith(start)}
+
+    def _choose_method(self):
+        if self.values['method'] == 'lagrange_euler':
+            return self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
+        try:
+            from ..newton_euler import NewtonEuler
+        except ImportError as error:
+            raise ArgumentError('method', f'newton_euler needs Pinocchio: pip install pin, or '
+                                f'ros-jazzy-pinocchio from apt ({error})') from None
+        return NewtonEuler(self.arm).inverse_dynamics

@@ -1,0 +1,37 @@
+"""Velocity from positions, for robots that publish none: least-squares slope over a window."""
+
+from collections import deque
+
+import numpy as np
+
+WINDOW = 0.030  # [s]
+_TOLERANCE = 0.1  # of the window, so that jitter does not decide how many samples are in it
+
+
+class PositionSlope:
+    """Least-squares slope of the positions of the last 30 ms, two samples at the least."""
+
+    def __init__(self):
+        self._samples = deque()
+        self.lag = 0.0  # how far behind the last position the slope is [s]
+
+    def reset(self):
+        """Forget all samples."""
+        self._samples.clear()
+        self.lag = 0.0
+
+    def update(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Take position q (7,) [rad] at t [s]; return the slope (7,) [rad/s], zero at first."""
+        samples = self._samples
+        if samples and samples[-1][0] == t:
+            samples.pop()
+        samples.append((t, q))
+        while len(samples) > 2 and samples[0][0] < t - WINDOW * (1 + _TOLERANCE):
+            samples.popleft()
+        if len(samples) < 2:
+            return np.zeros(np.shape(q))
+        times = np.array([sample[0] for sample in samples])
+        mean = times.mean()
+        weights = times - mean
+        self.lag = t - mean
+        return weights @ np.array([sample[1] for sample in samples]) / (weights @ weights)

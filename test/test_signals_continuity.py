@@ -1,0 +1,141 @@
+"""Which samples continue the stream, start it anew, or are dropped, to the border of each rule."""
+
+from baxter_dynamics_ros.signals.continuity import Continuity
+from baxter_dynamics_ros.signals.events import Event
+import numpy as np
+import pytest
+
+START = 1_700_000_000_000_000_000  # [ns]
+MS = 1_000_000  # [ns]
+Q = np.array([0.1, -0.5, 0.2, 1.0, -0.3, 0.4, 0.0])
+QD = np.full(7, 0.3)
+EFFORT = np.array([1.0, 20.0, 2.0, 8.0, 0.1, 0.5, 0.0])
+GREATEST_SPEED = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])  # [rad/s]
+
+
+@pytest.fixture
+def continuity():
+    """Return one that has taken in a sample at START."""
+    continuity = Continuity()
+    assert continuity.judge(START, Q, QD, EFFORT) is None
+    return continuity
+
+
+def judge(continuity, after, q=Q, qd=QD, effort=EFFORT):
+    """Judge a sample ``after`` nanoseconds after START."""
+    return continuity.judge(START + after, q, qd, effort)
+
+
+@pytest.mark.parametrize('after', [1, MS, 10 * MS, 250 * MS])
+def test_continues_at_any_rate(continuity, after):
+    assert judge(continuity, after) is None
+
+
+def test_gap(continuity):
+    assert judge(continuity, 250 * MS + 1) is Event.RESET_GAP
+    assert judge(continuity, 260 * MS) is None
+
+
+def test_a_clock_far_ahead_is_left_again(continuity):
+    day = 24 * 3600 * 1000 * MS
+    assert judge(continuity, day) is Event.RESET_GAP
+    assert judge(continuity, 10 * MS) is Event.RESET_CLOCK_JUMP
+    assert judge(continuity, 20 * MS) is None
+
+
+@pytest.mark.parametrize('late, event', [
+    (1, Event.OUT_OF_ORDER), (100 * MS, Event.OUT_OF_ORDER), (500 * MS - 1, Event.OUT_OF_ORDER),
+    (500 * MS, Event.RESET_CLOCK_JUMP), (10_000 * MS, Event.RESET_CLOCK_JUMP)])
+def test_backwards(continuity, late, event):
+    assert judge(continuity, -late) is event
+
+
+def test_late_sample_is_not_remembered(continuity):
+    assert judge(continuity, -200 * MS, q=Q + 0.3) is Event.OUT_OF_ORDER
+    assert judge(continuity, 240 * MS) is None  # 440 ms and -0.3 rad from the late one
+
+
+def test_sample_after_a_clock_jump_is_remembered(continuity):
+    assert judge(continuity, -600 * MS) is Event.RESET_CLOCK_JUMP
+    assert judge(continuity, -590 * MS) is None
+
+
+def test_the_fifth_late_sample_in_a_row_is_believed(continuity):
+    events = [judge(continuity, (-100 + 10 * i) * MS) for i in range(6)]
+    assert events == [Event.OUT_OF_ORDER] * 4 + [Event.RESET_CLOCK_JUMP, None]
+
+
+def test_a_good_sample_between_late_ones_restarts_the_count(continuity):
+    late = [Event.OUT_OF_ORDER] * 4
+    assert [judge(continuity, -100 * MS) for _ in range(4)] == late
+    assert judge(continuity, 10 * MS) is None
+    assert [judge(continuity, -100 * MS) for _ in range(4)] == late
+    assert judge(continuity, -100 * MS) is Event.RESET_CLOCK_JUMP
+
+
+def test_a_clock_jump_restarts_the_count(continuity):
+    assert [judge(continuity, -i * MS) for i in range(1, 6)][-1] is Event.RESET_CLOCK_JUMP
+    assert judge(continuity, -50 * MS) is Event.OUT_OF_ORDER
+
+
+@pytest.mark.parametrize('joint', range(7))
+@pytest.mark.parametrize('dt_ms', [0, 1, 10, 250])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_position_jump(continuity, joint, dt_ms, sign):
+    # Messages with one stamp may be up to 30 ms apart in truth.
+    allowed = 1.5 * GREATEST_SPEED[joint] * (dt_ms or 30) / 1000 + 0.02  # [rad]
+    moved = Q.copy()
+    moved[joint] = Q[joint] + sign * allowed * (1 + 1e-9)
+    assert judge(continuity, dt_ms * MS, q=moved) is Event.RESET_POSITION_JUMP
+    continuity.forget()
+    judge(continuity, 0)
+    moved[joint] = Q[joint] + sign * allowed * (1 - 1e-9)
+    assert judge(continuity, dt_ms * MS, q=moved) is (None if dt_ms else Event.REPEATED_STAMP)
+
+
+def test_after_a_jump_the_stream_continues_from_there(continuity):
+    assert judge(continuity, 10 * MS, q=Q + 0.5) is Event.RESET_POSITION_JUMP
+    assert judge(continuity, 20 * MS, q=Q + 0.5) is None
+
+
+@pytest.mark.parametrize('qd', [QD, None], ids=['velocity', 'no velocity'])
+@pytest.mark.parametrize('effort', [EFFORT, None], ids=['effort', 'no effort'])
+def test_same_stamp_same_data_is_dropped(qd, effort):
+    continuity = Continuity()
+    continuity.judge(START, Q, qd, effort)
+    copies = [None if a is None else a.copy() for a in (Q, qd, effort)]
+    for _ in range(10):  # any number, they are no sign of another clock
+        assert continuity.judge(START, *copies) is Event.DUPLICATE
+
+
+@pytest.mark.parametrize('change', [
+    {'q': Q + 0.001}, {'qd': QD + 0.001}, {'effort': EFFORT + 0.004}, {'effort': None}],
+    ids=['position', 'velocity', 'effort', 'no effort'])
+def test_same_stamp_new_data_is_taken_and_remembered(continuity, change):
+    assert judge(continuity, 0, **change) is Event.REPEATED_STAMP
+    assert judge(continuity, 0, **change) is Event.DUPLICATE
+    assert judge(continuity, 0) is Event.REPEATED_STAMP
+
+
+def test_same_data_at_a_new_stamp_continues(continuity):
+    assert judge(continuity, 10 * MS) is None
+
+
+@pytest.mark.parametrize('after', [0, 10 * MS])
+def test_velocity_that_comes_or_goes_starts_anew(continuity, after):
+    assert judge(continuity, after, qd=None) is Event.RESET_VELOCITY_SOURCE
+    assert judge(continuity, after + 10 * MS, qd=None) is None
+    assert judge(continuity, after + 20 * MS) is Event.RESET_VELOCITY_SOURCE
+    assert judge(continuity, after + 30 * MS) is None
+
+
+def test_effort_may_come_and_go(continuity):
+    assert judge(continuity, 10 * MS, effort=None) is None
+    assert judge(continuity, 20 * MS) is None
+
+
+def test_forget(continuity):
+    assert [judge(continuity, -MS) for _ in range(4)][-1] is Event.OUT_OF_ORDER
+    continuity.forget()
+    assert judge(continuity, -10_000 * MS, q=Q + 3.0, qd=None) is None
+    assert judge(continuity, -10_001 * MS, q=Q + 3.0, qd=None) is Event.OUT_OF_ORDER
