@@ -1,0 +1,95 @@
+"""The paper's reference trajectories of the hand, and the joint references of eq. (15)."""
+
+import numpy as np
+
+from ..core.arm import BaxterArm
+from ..core.joints import mount
+from ..core.joints import POSITION_LOWER
+from ..core.joints import POSITION_UPPER
+
+RAMP = 2.0  # [s] in which the reference comes up to speed, so that it starts without a jump
+_CORRECTION = 5.0  # [1/s] with which the integrated reference is held to the curve
+_POSTURE = 0.5  # [1/s] with which the redundant joint returns to the first posture
+
+# Right arm, hand down, elbow up: where the search for the first posture begins [rad].
+_GUESS = np.array([0.3, -0.6, 0.0, 1.4, 0.0, 0.77, 0.0])
+
+
+def circle(t: float) -> np.ndarray:
+    """
+    Return the hand's position at t, trajectory 3(a) of the paper (caption of fig. 5).
+
+    ``x = 0.6 + 0.1 sin t, y = -0.2 + 0.1 cos t, z = 0.1 + 0.1 cos 0.2 t``, in m and s, read in the
+    robot's base frame. The left arm's is its mirror image.
+    """
+    return np.array([0.6 + 0.1 * np.sin(t), -0.2 + 0.1 * np.cos(t), 0.1 + 0.1 * np.cos(0.2 * t)])
+
+
+def hold(t: float) -> np.ndarray:
+    """Return where the circle begins, at any t: the arm is held still."""
+    return circle(0.0)
+
+
+TRAJECTORIES = {'circle': circle, 'hold': hold}
+
+
+class Reference:
+    """
+    Joint references along a trajectory, by the inverse Jacobian method of eq. (15).
+
+    The hand points down throughout. The trajectory is run through slowly at first, so that the
+    reference starts at rest.
+
+    Parameters
+    ----------
+    side : str
+        'right' or 'left'.
+    trajectory : str
+        One of :data:`TRAJECTORIES`.
+
+    Attributes
+    ----------
+    q, qd : ndarray (7,)
+        The reference now [rad, rad/s].
+
+    """
+
+    def __init__(self, side: str, trajectory: str):
+        self._arm = BaxterArm(mount=mount(side))
+        self._position = TRAJECTORIES[trajectory]
+        self._mirror = np.array([1.0, -1.0 if side == 'left' else 1.0, 1.0])
+        self._t = 0.0
+        self.q = _GUESS * (np.array([-1, 1, -1, 1, -1, 1, -1]) if side == 'left' else 1.0)
+        for _ in range(100):  # the first posture, by the same method from the guess
+            self.q = self.q + 0.5 * self._inverse(np.zeros(3), 1.0)[0]
+        self._posture = self.q
+        self.qd = np.zeros(len(self.q))
+
+    def advance(self, dt: float):
+        """Integrate eq. (15) over dt [s]."""
+        speed = _phase(self._t + dt) - _phase(self._t)
+        now, then = _phase(self._t), _phase(self._t + dt)
+        velocity = (self._mirror * (self._position(then) - self._position(now)) / dt
+                    if speed > 0.0 else np.zeros(3))
+        step, null_space = self._inverse(velocity, _CORRECTION)
+        self.qd = step + null_space @ (_POSTURE * (self._posture - self.q))
+        self.q = np.clip(self.q + dt * self.qd, POSITION_LOWER, POSITION_UPPER)
+        self._t += dt
+
+    def _inverse(self, velocity: np.ndarray, gain: float) -> tuple:
+        """Return joint velocities for the hand's, with its error fed back, and the null space."""
+        pose = self._arm.forward_kinematics(self.q)
+        jacobian = self._arm.jacobian(self.q)
+        wanted = self._mirror * self._position(_phase(self._t))
+        tilt = np.cross(pose[:3, 2], [0.0, 0.0, -1.0])  # turns the hand's z axis down
+        error = np.concatenate([wanted - pose[:3, 3], tilt])
+        inverse = np.linalg.pinv(jacobian)
+        twist = np.concatenate([velocity, np.zeros(3)]) + gain * error
+        return inverse @ twist, np.eye(len(self.q)) - inverse @ jacobian
+
+
+def _phase(t: float) -> float:
+    """Return the trajectory's own time: speed rises smoothly from 0 to 1 within RAMP."""
+    if t >= RAMP:
+        return t - RAMP / 2
+    return t / 2 - RAMP / (2 * np.pi) * np.sin(np.pi * t / RAMP)

@@ -1,0 +1,144 @@
+"""The fake Baxter behaves as the real one was measured to."""
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import mount
+from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.core.joints import POSITION_LOWER
+from baxter_dynamics_ros.core.joints import POSITION_UPPER
+from baxter_dynamics_ros.signals.settings import PredictorSettings
+import numpy as np
+import pytest
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+
+from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES  # noqa: E402
+from baxter_dynamics_ros.simulation.sensors import Sensors  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import circle  # noqa: E402
+
+PERIOD = 0.01  # [s]
+
+
+def run(robot, seconds, side='right'):
+    """Return q, qd, effort (n, 7) of one arm as published."""
+    order = [JOINT_STATE_NAMES.index(name) for name in joint_names(side)]
+    start, rows = robot.time, []
+    for k in range(1, round(seconds / PERIOD) + 1):
+        robot.advance(start + k * PERIOD)
+        rows.append([field[order] for field in robot.joint_state()])
+    return np.array(rows).transpose(1, 0, 2)
+
+
+def residuals(robot, seconds, settings=None, side='right'):
+    """Return what the predictor leaves over on the robot, (n, 7) [N m]."""
+    predictor = PredictorSettings({'arm': side, **(settings or {})}).predictor()
+    result = []
+    for k in range(1, round(seconds / PERIOD) + 1):
+        robot.advance(k * PERIOD)
+        prediction = predictor.handle(round(k * PERIOD * 1e9), JOINT_STATE_NAMES,
+                                      *robot.joint_state())
+        if prediction is not None:
+            result.append(prediction.residual)
+    return np.array(result)
+
+
+def test_publishes_the_robots_17_joints_in_its_order():
+    assert ' '.join(JOINT_STATE_NAMES) == (
+        'head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '
+        'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0')
+    assert all(field.shape == (17,) for field in FakeBaxter(trajectory='hold').joint_state())
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+def test_hand_follows_the_papers_circle(side):
+    robot = FakeBaxter(side, noise=False)
+    q, _, _ = run(robot, 35.0, side)
+    hand = BaxterArm(mount=mount(side)).forward_kinematics(q)
+    t = PERIOD * np.arange(1, len(q) + 1) - 1.0  # the trajectory's own time, once up to speed
+    wanted = np.array([circle(x) for x in t])
+    if side == 'left':
+        wanted[:, 1] *= -1
+    assert np.abs(hand[300:, :3, 3] - wanted[300:]).max() < 0.01
+    assert hand[300:, 2, 2].max() < -0.99  # hand down
+    assert ((q > POSITION_LOWER) & (q < POSITION_UPPER)).all()
+
+
+def test_starts_at_rest_where_the_circle_begins():
+    q, qd, _ = run(FakeBaxter(noise=False), 0.1)
+    hand = BaxterArm(mount=mount('right')).forward_kinematics(q[0])
+    np.testing.assert_allclose(hand[:3, 3], circle(0.0), atol=1e-3)
+    assert np.abs(qd).max() < 0.02
+
+
+def test_velocity_lags_position_by_13_and_a_half_milliseconds():
+    sensors, velocity, t = Sensors(0.001, noise=False), [], 0.001 * np.arange(4000)
+    for now in t:
+        sensors.read(np.full(7, np.sin(3 * now)), np.zeros(7))
+        velocity.append(sensors.publish()[1][0])
+    lags = np.arange(0.0, 0.03, 1e-4)
+    error = [np.sum((np.array(velocity[100:]) - 3 * np.cos(3 * (t[100:] - lag))) ** 2)
+             for lag in lags]
+    assert lags[np.argmin(error)] == pytest.approx(0.0135, abs=2e-4)
+
+
+def test_noise_and_quanta_at_rest_are_those_measured():
+    sensors, rows = Sensors(0.001, seed=3), []
+    for _ in range(3000):
+        for _ in range(10):
+            sensors.read(np.full(7, 0.3), np.full(7, 2.0))
+        rows.append(np.array(sensors.publish()))
+    q, qd, effort = np.array(rows).transpose(1, 0, 2)
+    quantum = 2 * np.pi / 16384
+    np.testing.assert_allclose(q / quantum, np.round(q / quantum), atol=1e-9)
+    np.testing.assert_allclose(effort / 0.004, np.round(effort / 0.004), atol=1e-9)
+    np.testing.assert_allclose(qd.std(0), 0.013, rtol=0.1)
+    np.testing.assert_allclose(
+        effort.std(0), [0.075, 0.037, 0.075, 0.035, 0.008, 0.016, 0.011], rtol=0.1)
+
+
+def test_without_spring_friction_and_noise_effort_is_the_rigid_bodys():
+    robot = FakeBaxter(spring=False, friction=False, noise=False)
+    residual = residuals(robot, 8.0, {'effort_model.enabled': False})
+    assert np.sqrt(np.mean(residual ** 2, axis=0)).max() < 0.02
+
+
+def test_spring_is_in_the_effort_as_on_the_robot():
+    robot = FakeBaxter(trajectory='hold', friction=False, noise=False)
+    q, _, effort = run(robot, 1.0)
+    expected = BaxterArm().gravity(q[-1]) + EffortModel().spring(q[-1])
+    np.testing.assert_allclose(effort[-1], expected, atol=0.02)
+
+
+def test_friction_shows_as_a_residual_against_the_motion():
+    smooth = residuals(FakeBaxter(noise=False, friction=False), 8.0)
+    rough = residuals(FakeBaxter(noise=False), 8.0)
+    assert np.sqrt(np.mean(smooth[:, 1] ** 2)) < 0.02
+    assert 0.2 < np.sqrt(np.mean(rough[:, 1] ** 2)) < 0.8
+
+
+def test_force_on_the_hand_shows_in_the_effort_with_the_sign_of_a_reaction():
+    robot = FakeBaxter(trajectory='hold', friction=False, noise=False)
+    run(robot, 0.5)
+    robot.force = (3.0, -5.0, -10.0)
+    q, _, effort = run(robot, 4.0)
+    arm = BaxterArm(mount=mount('right'))
+    external = arm.jacobian(q[-1])[:3].T @ (3.0, -5.0, -10.0)
+    residual = effort[-1] - arm.gravity(q[-1]) - EffortModel().spring(q[-1])
+    np.testing.assert_allclose(residual, -external, atol=0.05)
+
+
+def test_the_same_seed_gives_the_same_data():
+    first, second, other = (run(FakeBaxter(seed=seed), 0.3) for seed in (5, 5, 6))
+    np.testing.assert_array_equal(first, second)
+    assert (first != other).any()
+
+
+def test_a_description_that_is_none_is_a_clear_error(tmp_path):
+    from baxter_dynamics_ros.simulation.description import DescriptionError
+    wrong = tmp_path / 'wrong.urdf'
+    with pytest.raises(DescriptionError, match='wrong.urdf: cannot be read'):
+        FakeBaxter(description=wrong)
+    wrong.write_text('<robot name="other"/>')
+    with pytest.raises(DescriptionError, match='no joint right_s0'):
+        FakeBaxter(description=wrong)
