@@ -1,0 +1,1 @@
+"""The ROS 2 shell: translates messages, parameters and services; decides nothing."""

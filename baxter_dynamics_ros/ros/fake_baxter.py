@@ -1,0 +1,130 @@
+"""The node that plays a Baxter: publishes joint states as the real robot does."""
+
+import sys
+
+import numpy as np
+from rcl_interfaces.msg import FloatingPointRange
+from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from . import topics
+from .messages import joint_state
+from .process import run
+from ..core.exceptions import ArgumentError
+from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import SIDES
+from ..core.validation import finite
+
+_STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
+_MAX_BEHIND = 0.5  # [s]; further behind, the robot skips time instead of catching up
+_MAX_FORCE = 200.0  # [N]
+
+
+class FakeBaxterNode(Node):
+    """Runs :class:`~baxter_dynamics_ros.simulation.robot.FakeBaxter` in real time."""
+
+    def __init__(self):
+        super().__init__('fake_baxter')
+        try:
+            from ..simulation import robot
+        except ImportError as error:
+            raise BaxterDynamicsError(
+                f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
+        self._fixed('arm', 'right', 'The arm that moves: right or left.', SIDES)
+        self._fixed('trajectory', 'circle', "circle: the paper's 3(a). hold: stay where that "
+                    'begins.', ('circle', 'hold'))
+        self._fixed('spring', True, 'Whether the robot has springs at s1.')
+        self._fixed('friction', True, 'Whether the joints have friction.')
+        self._fixed('noise', True, 'Whether the sensors have noise and quanta.')
+        self._fixed('seed', 0, 'Of the noise.')
+        self._fixed('description', '', "Path of a Baxter's URDF; empty: that of hpp-baxter.")
+        rate = self.declare_parameter('rate', 100.0, ParameterDescriptor(
+            description='Rate of the joint states [Hz].', read_only=True,
+            floating_point_range=[FloatingPointRange(from_value=1.0, to_value=1000.0)])).value
+        self.declare_parameter('force', [0.0, 0.0, 0.0], ParameterDescriptor(
+            description="Force on the moving hand, axes of the robot's base [N].",
+            additional_constraints=f'3 numbers from {-_MAX_FORCE:g} to {_MAX_FORCE:g}'))
+        value = {name: self.get_parameter(name).value for name in (
+            'arm', 'trajectory', 'spring', 'friction', 'noise', 'seed', 'description', 'force')}
+        self._baxter = robot.FakeBaxter(
+            value['arm'], value['trajectory'], value['description'] or None, value['spring'],
+            value['friction'], value['noise'], value['seed'])
+        self._baxter.force = _force(value['force'])
+        self.add_on_set_parameters_callback(_verdict)
+        self.add_post_set_parameters_callback(self._on_parameters_set)
+
+        self._names = robot.JOINT_STATE_NAMES
+        self._grippers = robot.GRIPPER_NAMES
+        self._period = 1.0 / rate
+        self._ticks = 0
+        self._random = np.random.default_rng(value['seed'])
+        self._publisher = self.create_publisher(
+            JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
+        self._start = self.get_clock().now().nanoseconds
+        self.create_timer(self._period, self._on_timer)
+        self.create_timer(1.0 / robot.GRIPPER_RATE, self._on_gripper_timer)
+        self.get_logger().info(
+            f'a Baxter\'s {value["arm"]} arm runs the trajectory {value["trajectory"]}, '
+            f'{rate:g} joint states a second on {self._publisher.topic_name}')
+
+    def _on_timer(self):
+        now = (self.get_clock().now().nanoseconds - self._start) * 1e-9
+        behind = now - self._ticks * self._period
+        if behind > _MAX_BEHIND:  # the robot's time stands still meanwhile
+            self.get_logger().warning(f'{behind:.2f} s behind: this machine is too slow or was '
+                                      "stopped; the robot's clock skips")
+            self._start += int(behind * 1e9)
+            now -= behind
+        while self._ticks * self._period <= now:
+            self._ticks += 1
+            self._baxter.advance(self._ticks * self._period)
+            jitter = self._random.normal(0.0, _STAMP_JITTER)
+            stamp = self._start + round((self._ticks * self._period + jitter) * 1e9)
+            self._publisher.publish(
+                joint_state(self._names, stamp, *self._baxter.joint_state()))
+
+    def _on_gripper_timer(self):
+        still = np.zeros(len(self._grippers))
+        self._publisher.publish(joint_state(
+            self._grippers, self.get_clock().now().nanoseconds, still, still, still))
+
+    def _on_parameters_set(self, changes):
+        for parameter in changes:
+            if parameter.name == 'force':
+                self._baxter.force = _force(parameter.value)
+                self.get_logger().info(f'force on the hand: {parameter.value} N')
+
+    def _fixed(self, name, default, description, choices=()):
+        """Declare a parameter that is fixed when the node starts."""
+        value = self.declare_parameter(
+            name, default, ParameterDescriptor(description=description, read_only=True)).value
+        if choices and value not in choices:
+            raise ArgumentError(name, f'expected one of {", ".join(choices)}, got {value!r}')
+
+
+def _force(value) -> np.ndarray:
+    force = finite('force', list(value), (3,))
+    if np.abs(force).max() > _MAX_FORCE:
+        raise ArgumentError('force', f'expected at most {_MAX_FORCE:g} N, got {force}')
+    return force
+
+
+def _verdict(changes) -> SetParametersResult:
+    for parameter in changes:
+        if parameter.name == 'force':
+            try:
+                _force(parameter.value)
+            except ArgumentError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+    return SetParametersResult(successful=True)
+
+
+def main(args=None):
+    """Run the fake Baxter until it is interrupted or terminated."""
+    return run(FakeBaxterNode, 'fake_baxter', args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,38 @@
+"""Between ROS messages and NumPy arrays."""
+
+from array import array
+
+import numpy as np
+from sensor_msgs.msg import JointState
+
+_NOTHING = np.zeros(0)
+_NANOSECONDS = 1_000_000_000
+
+
+def from_field(field) -> np.ndarray:
+    """View a ``float64[]`` field as an array, without a copy."""
+    return np.frombuffer(field) if len(field) else _NOTHING
+
+
+def to_field(values: np.ndarray) -> array:
+    """Copy a float array into what a ``float64[]`` field holds."""
+    return array('d', values.tobytes())
+
+
+def stamp_ns(header) -> int:
+    """Return a header's stamp [ns]."""
+    return header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
+
+
+def set_stamp(header, ns: int):
+    """Set a header's stamp to ns, at the earliest to zero."""
+    header.stamp.sec, header.stamp.nanosec = divmod(max(ns, 0), _NANOSECONDS)
+
+
+def joint_state(names, ns: int, position=_NOTHING, velocity=_NOTHING,
+                effort=_NOTHING) -> JointState:
+    """Return a joint state stamped ns."""
+    message = JointState(name=list(names), position=to_field(position),
+                         velocity=to_field(velocity), effort=to_field(effort))
+    set_stamp(message.header, ns)
+    return message

@@ -1,0 +1,175 @@
+"""Fixtures of the node tests: real processes, real DDS, in a domain of their own."""
+
+from contextlib import ExitStack
+import os
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
+
+from baxter_dynamics_ros.cli.processes import NodeProcess  # noqa: E402, I100
+from baxter_dynamics_ros.core.joints import joint_names  # noqa: E402
+from baxter_dynamics_ros.ros import topics  # noqa: E402
+from baxter_dynamics_ros.ros.messages import joint_state  # noqa: E402
+from baxter_dynamics_ros.ros.messages import stamp_ns  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+
+DISCOVERY = 15.0  # [s]
+
+# Tests that count messages must not lose any on a busy machine, so they override the default.
+LOSSLESS = ('-p', 'qos_overrides./robot/joint_states.subscription.reliability:=reliable',
+            '-p', 'qos_overrides./robot/joint_states.subscription.depth:=1000')
+
+# The order in which the robot publishes, written out: 17 joints, alphabetical within an arm.
+SDK_NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '
+             'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0').split()
+
+
+class Robot(Node):
+    """A test's end of the wires: publishes joint states, collects what the node publishes."""
+
+    def __init__(self):
+        super().__init__('robot')
+        self.predicted, self.residual, self.diagnostics, self.joint_states = [], [], [], []
+        self.publisher = self.create_publisher(
+            JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
+        for topic, kind, kept in (
+                ('/torque_predictor/predicted_effort', JointState, self.predicted),
+                ('/torque_predictor/effort_residual', JointState, self.residual),
+                ('/diagnostics', DiagnosticArray, self.diagnostics)):
+            self.create_subscription(kind, topic, kept.append, 1000)
+
+    def spin(self, seconds: float):
+        """Let messages come in for a while."""
+        self.until(lambda: False, seconds, fail=False)
+
+    def until(self, condition, seconds: float = DISCOVERY, fail: bool = True):
+        """Let messages come in until a condition holds; fail when it does not in time."""
+        limit = time.monotonic() + seconds
+        while not condition():
+            left = limit - time.monotonic()
+            if left <= 0.0:
+                assert not fail, f'nothing within {seconds} s'
+                return
+            rclpy.spin_once(self, timeout_sec=min(left, 0.05))
+
+    def wait_for_node(self):
+        """Wait until the predictor is subscribed to and by us."""
+        self.until(lambda: self.publisher.get_subscription_count() > 0
+                   and self.count_publishers('/torque_predictor/effort_residual') > 0
+                   and self.count_publishers('/torque_predictor/predicted_effort') > 0)
+        self.spin(0.3)
+
+    def send(self, stamp: int, names, position, velocity=(), effort=()):
+        """Publish a joint state stamped ``stamp`` [ns]."""
+        self.publisher.publish(joint_state(
+            names, stamp, *(np.array(x, dtype=float) for x in (position, velocity, effort))))
+
+    def send_arm(self, stamp: int, q, qd=None, effort=None, side: str = 'right'):
+        """Publish an arm's state as the robot does: among 17 joints, in the robot's order."""
+        arm = joint_names(side)
+        fields = []
+        for values in (q, qd, effort):
+            row = [] if values is None else [
+                values[arm.index(name)] if name in arm else 0.1 for name in SDK_NAMES]
+            fields.append(row)
+        self.send(stamp, SDK_NAMES, *fields)
+
+    def stream(self, rows, period: float = 0.01, start: int = 10 ** 18, side: str = 'right'):
+        """Publish rows (q, qd, effort) at the pace of their stamps; return the last stamp."""
+        begin = time.monotonic()
+        for k, row in enumerate(rows):
+            self.until(lambda: time.monotonic() >= begin + k * period, 5.0)
+            stamp = start + round(k * period * 1e9)
+            self.send_arm(stamp, *row, side=side)
+        return stamp
+
+    def call(self, kind, name: str, request=None):
+        """Call a service of the node."""
+        client = self.create_client(kind, '/torque_predictor/' + name)
+        assert client.wait_for_service(timeout_sec=DISCOVERY), f'no service {name}'
+        future = client.call_async(request or kind.Request())
+        rclpy.spin_until_future_complete(self, future, timeout_sec=10.0)
+        assert future.done(), f'no answer of {name}'
+        self.destroy_client(client)
+        return future.result()
+
+    def report(self) -> dict:
+        """Return the next diagnostics of the predictor, status name to (level, message, keys)."""
+        self.diagnostics.clear()
+
+        def ours():
+            return [m for m in self.diagnostics
+                    if m.status and m.status[0].name.startswith('torque_predictor')]
+        self.until(lambda: len(ours()) >= 2, 10.0)
+        return {status.name.split(': ')[1]: (status.level, status.message,
+                                             {pair.key: pair.value for pair in status.values})
+                for status in ours()[-1].status}
+
+
+@pytest.fixture(scope='session')
+def domain():
+    """Keep this run's DDS traffic to itself, in this process and in its children."""
+    os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
+
+@pytest.fixture
+def robot(domain):
+    """Return the test's own ROS node."""
+    rclpy.init(args=[])
+    node = Robot()
+    yield node
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def start(domain):
+    """Return a function that starts an executable with ROS arguments; all end with the test."""
+    with ExitStack() as stack:
+        def start_(executable: str, *arguments, **environment) -> NodeProcess:
+            arguments = ['--ros-args', *arguments] if arguments else []
+            return stack.enter_context(
+                NodeProcess(executable, arguments, {**os.environ, **environment}))
+        yield start_
+
+
+@pytest.fixture
+def start_predictor(robot, start):
+    """Return a function that starts the predictor, losing no message, until it listens."""
+    def start_(*arguments, **environment) -> NodeProcess:
+        process = start('torque_predictor', *LOSSLESS, *arguments, **environment)
+        robot.wait_for_node()
+        return process
+    return start_
+
+
+@pytest.fixture
+def predictor(start_predictor):
+    """Start the predictor with its default settings."""
+    return start_predictor()
+
+
+@pytest.fixture
+def sine():
+    """Return smooth states (q, qd, qdd) at times t, each (n, 7), clear of the joints' limits."""
+    centre = np.array([0.2, -0.6, 0.3, 1.2, -0.4, 0.8, 0.5])
+    amplitude = np.array([0.3, 0.25, 0.2, 0.3, 0.4, 0.3, 0.5])
+    w = 2 * np.pi * np.array([0.3, 0.25, 0.4, 0.35, 0.3, 0.45, 0.2])
+
+    def motion(t):
+        phase = np.multiply.outer(t, w)
+        return (centre + amplitude * np.sin(phase), amplitude * w * np.cos(phase),
+                -amplitude * w ** 2 * np.sin(phase))
+    return motion
+
+
+@pytest.fixture
+def stamps():
+    """Return a function from messages to their stamps [ns]."""
+    return lambda messages: [stamp_ns(message.header) for message in messages]

@@ -1,0 +1,64 @@
+"""The demo, run as a user runs it."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
+pytest.importorskip('matplotlib', reason='needs pip install ".[demo]"')
+pytest.importorskip('rich', reason='needs pip install ".[demo]"')
+
+
+def demo(*arguments, **environment):
+    """Run the demo's command."""
+    return subprocess.run(
+        [sys.executable, '-m', 'baxter_dynamics_ros.cli.main', 'demo', *arguments],
+        capture_output=True, text=True, timeout=100, env={**os.environ, **environment})
+
+
+@pytest.mark.parametrize('arm', ['right', 'left'])
+def test_shows_the_comparison_the_services_and_a_picture(domain, tmp_path, arm):
+    pytest.importorskip('baxter_dynamics_interfaces.srv', reason='needs the service types')
+    picture = tmp_path / 'demo.png'
+    result = demo('--duration', '4', '--output', str(picture), '--arm', arm, COLUMNS='100')
+    assert result.returncode == 0, result.stderr
+    assert picture.read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
+    assert picture.stat().st_size > 50_000
+    assert f'picture: {picture}' in result.stdout
+    for word in ('gravity_torques', 'inverse_dynamics', 'residual', 'actuator_effort'):
+        assert word in result.stdout
+    rows = {line.split('│')[1].strip(): line.split('│')[2:-1]
+            for line in result.stdout.splitlines() if line.startswith('│')}
+    measured, predicted, residual, difference = map(float, rows['s1'])
+    assert residual < 1.0 < difference < measured
+    assert abs(measured - predicted) < 1.0
+
+
+def test_says_why_when_no_prediction_arrives(domain, tmp_path):
+    hidden = tmp_path / 'mujoco'
+    hidden.mkdir()
+    (hidden / '__init__.py').write_text('raise ImportError("no MuJoCo here")\n')
+    path = os.pathsep.join([str(tmp_path), os.environ.get('PYTHONPATH', '')])
+    result = demo('--duration', '2', '--output', str(tmp_path / 'demo.png'), PYTHONPATH=path)
+    assert result.returncode == 1
+    assert 'fake_baxter ended with exit code 1' in result.stderr
+    assert 'pip install mujoco' in result.stderr
+    assert 'Traceback' not in result.stderr
+
+
+@pytest.mark.parametrize('arguments, problem', [
+    (['--output', '/nowhere/demo.png'], '--output: no folder /nowhere'),
+    (['--output', 'demo.txt'], '--output: expected .png'),
+])
+def test_refuses_a_picture_it_cannot_save_before_it_starts(domain, arguments, problem):
+    result = demo('--duration', '2', *arguments)
+    assert result.returncode == 1
+    assert problem in result.stderr
+
+
+def test_refuses_a_duration_that_is_none(domain):
+    result = demo('--duration', '0')
+    assert result.returncode == 2
+    assert '2 to 3600 seconds' in result.stderr

@@ -1,0 +1,69 @@
+"""The fake Baxter as a process: rates, names, stamps, and a force from outside."""
+
+import numpy as np
+import pytest
+from rcl_interfaces.srv import SetParameters
+import rclpy
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+
+
+def test_publishes_as_the_robot_does(robot, start, stamps):
+    messages = []
+    robot.create_subscription(JointState, '/robot/joint_states', messages.append, 1000)
+    start('fake_baxter')
+    robot.until(lambda: messages)
+    robot.spin(0.5)
+    messages.clear()
+    robot.spin(3.0)
+    arms = [m for m in messages if 'right_s0' in m.name]
+    grippers = [m for m in messages if 'right_s0' not in m.name]
+    assert len(arms) == pytest.approx(300, abs=15)
+    assert len(grippers) == pytest.approx(3 * 38, abs=10)
+    assert {len(m.name) for m in arms} == {17}
+    assert all('gripper' in name for m in grippers for name in m.name)
+    periods = np.diff(stamps(arms)) * 1e-9
+    assert periods.mean() == pytest.approx(0.01, abs=1e-4)
+    assert periods.std() < 2e-4  # the robot's own stamps, not times of arrival
+
+
+def test_force_is_a_parameter_and_is_seen_by_the_predictor(robot, start):
+    start('fake_baxter', '-p', 'trajectory:=hold')
+    start('torque_predictor')
+    robot.until(lambda: len(robot.residual) > 100, 30.0)
+    before = np.mean([m.effort for m in robot.residual[-50:]], axis=0)
+
+    client = robot.create_client(SetParameters, '/fake_baxter/set_parameters')
+    assert client.wait_for_service(timeout_sec=10.0)
+
+    def push(force):
+        future = client.call_async(SetParameters.Request(parameters=[
+            Parameter('force', value=force).to_parameter_msg()]))
+        rclpy.spin_until_future_complete(robot, future, timeout_sec=10.0)
+        return future.result().results[0]
+    assert push([0.0, 0.0, -20.0]).successful
+    robot.spin(2.0)
+    pushed = np.mean([m.effort for m in robot.residual[-50:]], axis=0)
+    # Pushed down, the shoulder must lift more: s1 turns the arm down when positive.
+    assert (pushed - before)[1] < -5.0
+
+    refused = push([0.0, 0.0, 1e6])
+    assert not refused.successful
+    assert 'force' in refused.reason
+
+
+@pytest.mark.parametrize('argument, problem', [
+    ('arm:=both', 'arm: expected one of right, left'),
+    ('trajectory:=spiral', 'trajectory: expected one of circle, hold'),
+    ('force:=[1.0]', 'force: expected shape (3,)'),
+    ('description:=/nowhere.urdf', '/nowhere.urdf: cannot be read'),
+    ('rate:=0.0', 'rate'),
+])
+def test_a_bad_value_is_one_clear_line_and_exit_code_1(start, argument, problem):
+    process = start('fake_baxter', '-p', argument)
+    assert process.wait(20.0) == 1
+    lines = process.output.strip().splitlines()
+    assert len(lines) == 1, process.output
+    assert lines[0].startswith('fake_baxter: ') and problem in lines[0]

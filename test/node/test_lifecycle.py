@@ -1,0 +1,52 @@
+"""Starting and ending: signals, missing optional packages, a name of one's own."""
+
+import os
+import signal
+import subprocess
+import sys
+
+from baxter_dynamics_ros.ros import topics
+import numpy as np
+import pytest
+from sensor_msgs.msg import JointState
+
+
+@pytest.mark.parametrize('executable', ['torque_predictor', 'fake_baxter'])
+@pytest.mark.parametrize('by', [signal.SIGINT, signal.SIGTERM], ids=['SIGINT', 'SIGTERM'])
+def test_ends_cleanly_on_a_signal(robot, start, executable, by):
+    if executable == 'fake_baxter':
+        pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
+    process = start(executable)
+    robot.until(lambda: '[INFO]' in process.output or process.exit_code is not None)
+    robot.spin(0.5)
+    assert process.end(by) == 0, process.output
+    assert 'Traceback' not in process.output
+
+
+def test_without_the_service_types_topics_work_and_the_log_says_how(robot, start, tmp_path, sine):
+    hidden = tmp_path / 'baxter_dynamics_interfaces'
+    hidden.mkdir()
+    (hidden / '__init__.py').write_text('raise ImportError("not installed")\n')
+    path = os.pathsep.join([str(tmp_path), os.environ.get('PYTHONPATH', '')])
+    process = start('torque_predictor', PYTHONPATH=path)
+    robot.wait_for_node()
+    q, qd, _ = sine(np.arange(0.0, 0.6, 0.01))
+    robot.stream([(a, b, [1.0] * 7) for a, b in zip(q, qd)])
+    robot.until(lambda: robot.residual)
+    assert 'pip install ./baxter_dynamics_interfaces' in process.output
+    services = [name for name, _ in robot.get_service_names_and_types()]
+    assert '/torque_predictor/reset' in services
+    assert '/torque_predictor/gravity_torques' not in services
+
+
+def test_topics_can_be_remapped(robot, start, sine):
+    publisher = robot.create_publisher(JointState, '/sim/joint_states', topics.PUBLISHER_QOS)
+    start('torque_predictor', '-r', '/robot/joint_states:=/sim/joint_states')
+    robot.until(lambda: publisher.get_subscription_count() == 1)
+
+
+def test_console_script_lists_its_options():
+    result = subprocess.run([sys.executable, '-m', 'baxter_dynamics_ros.cli.main', '--help'],
+                            capture_output=True, text=True, timeout=30)
+    assert result.returncode == 0
+    assert 'demo' in result.stdout

@@ -1,0 +1,42 @@
+"""Real recordings streamed through the running node at the robot's pace: the residual is small."""
+
+from baxter_dynamics_ros.core.joints import joint_names
+import numpy as np
+import pytest
+
+# N m, s0 ... w2; uncalibrated.
+LIMIT = np.array([1.1, 1.0, 0.9, 0.65, 0.16, 0.35, 0.22])
+PIECE = 1600  # rows of each of four recordings: 64 s together
+STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
+
+
+@pytest.mark.timeout(180)
+def test_residual_on_recordings(robot, start_predictor, recordings):
+    with np.load(recordings / 'baxter_left_arm_tracking.npz') as file:
+        data = {key: file[key] for key in file}
+    start_predictor('-p', 'arm:=left')
+    random = np.random.default_rng(0)
+    order = [tuple(data['joint_names']).index(name) for name in joint_names('left')]
+    sent = 0
+    for number, recording in enumerate((0, 2, 6, 10)):
+        rows = np.flatnonzero(data['recording'] == recording)[1000:1000 + PIECE]
+        piece = [(data['position'][row][order], data['velocity'][row][order],
+                  data['effort'][row][order]) for row in rows]
+        begin = (1700000000 + 60 * number) * 10 ** 9
+        jitter = np.round(random.normal(0.0, STAMP_JITTER, PIECE) * 1e9)
+        paced = 0.01 * np.arange(PIECE)
+        clock = robot.get_clock()
+        wall = clock.now().nanoseconds
+        for k, row in enumerate(piece):
+            robot.until(lambda: (clock.now().nanoseconds - wall) * 1e-9 >= paced[k], 5.0)
+            stamp = begin + round(k * float(data['period']) * 1e9) + int(jitter[k])
+            robot.send(stamp, ['l_gripper_l_finger_joint'], [0.0], [0.0], [0.0])
+            robot.send_arm(stamp, *row, side='left')
+            sent += 1
+        robot.spin(0.3)
+    residual = np.array([message.effort for message in robot.residual])
+    assert sent == 4 * PIECE
+    assert len(residual) == sent - 4 * 21  # each piece settles anew
+    rms = np.sqrt(np.mean(residual ** 2, axis=0))
+    print('residual RMS [N m]:', rms.round(3))
+    assert (rms <= LIMIT).all(), rms

@@ -1,0 +1,129 @@
+"""The two services: right by name, clear when they cannot answer."""
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.ros.messages import joint_state
+from baxter_dynamics_ros.ros.messages import stamp_ns
+import numpy as np
+import pytest
+
+srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
+                          reason='needs pip install ./baxter_dynamics_interfaces')
+
+NAMES = joint_names('right')
+Q = np.array([0.3, -0.7, 0.2, 1.1, -0.3, 0.9, 0.4])
+QD = np.array([0.5, -0.4, 0.3, 0.6, -0.7, 0.2, 0.9])
+QDD = np.array([1.0, -2.0, 0.5, 1.5, -3.0, 2.0, 4.0])
+
+
+@pytest.fixture(params=['', '1'], ids=['plain', 'ROS_PYTHON_CHECK_FIELDS'])
+def node(request, robot, start_predictor):
+    """Start the predictor, once with checked message fields; return the test's own node."""
+    start_predictor(ROS_PYTHON_CHECK_FIELDS=request.param)
+    return robot
+
+
+def shuffled(*fields):
+    """Return the fields of a robot with 17 joints in a strange order, the arm's among them."""
+    names = list(NAMES) + ['head_pan', 'left_s0', 'left_s1', 'torso_t0']
+    order = np.random.default_rng(4).permutation(len(names))
+    rows = [np.append(field, [9.0, 8.0, 7.0, 6.0])[order] for field in fields]
+    return [names[i] for i in order], rows
+
+
+def test_answers_by_name_in_any_order(node):
+    names, (q, qd, qdd) = shuffled(Q, QD, QDD)
+    arm, effort = BaxterArm(), EffortModel()
+
+    answer = node.call(srv.GravityTorques, 'gravity_torques', srv.GravityTorques.Request(
+        state=joint_state(names, 5, q)))
+    assert answer.success, answer.message
+    assert tuple(answer.gravity.name) == NAMES
+    assert stamp_ns(answer.gravity.header) == 5
+    np.testing.assert_array_equal(answer.gravity.position, Q)
+    np.testing.assert_allclose(answer.gravity.effort, arm.gravity(Q), atol=1e-12)
+    np.testing.assert_allclose(answer.actuator_effort, arm.gravity(Q) + effort.spring(Q),
+                               atol=1e-12)
+
+    request = srv.InverseDynamics.Request(state=joint_state(names, 5, q, qd), acceleration=qdd)
+    answer = node.call(srv.InverseDynamics, 'inverse_dynamics', request)
+    assert answer.success, answer.message
+    mass, coriolis, gravity = arm.terms(Q, QD)
+    tau = arm.inverse_dynamics(Q, QD, QDD)
+    assert tuple(answer.torque.name) == NAMES
+    np.testing.assert_allclose(answer.torque.effort, tau, atol=1e-12)
+    np.testing.assert_allclose(answer.inertial, mass @ QDD, atol=1e-12)
+    np.testing.assert_allclose(answer.coriolis, coriolis @ QD, atol=1e-12)
+    np.testing.assert_allclose(answer.gravity, gravity, atol=1e-12)
+    np.testing.assert_allclose(answer.actuator_effort, effort.effort(tau, Q, QD), atol=1e-12)
+    np.testing.assert_allclose(np.reshape(answer.mass_matrix, (7, 7)), mass, atol=1e-12)
+    np.testing.assert_allclose(np.reshape(answer.coriolis_matrix, (7, 7)), coriolis, atol=1e-12)
+
+
+def test_empty_velocity_and_acceleration_of_a_given_state_are_zero(node):
+    answer = node.call(srv.InverseDynamics, 'inverse_dynamics',
+                       srv.InverseDynamics.Request(state=joint_state(NAMES, 0, Q)))
+    assert answer.success, answer.message
+    np.testing.assert_allclose(answer.torque.effort, BaxterArm().gravity(Q), atol=1e-12)
+    assert not np.any(answer.inertial) and not np.any(answer.coriolis)
+
+
+def test_empty_request_is_for_the_latest_state(node, sine):
+    t = np.arange(0.0, 1.0, 0.01)
+    q, qd, _ = sine(t)
+    last = node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
+    node.until(lambda: len(node.predicted) == len(t) - 21)
+
+    gravity = node.call(srv.GravityTorques, 'gravity_torques')
+    assert gravity.success, gravity.message
+    assert stamp_ns(gravity.gravity.header) == last
+    np.testing.assert_array_equal(gravity.gravity.position, q[-1])
+    np.testing.assert_allclose(gravity.gravity.effort, BaxterArm().gravity(q[-1]), atol=1e-12)
+
+    torque = node.call(srv.InverseDynamics, 'inverse_dynamics')
+    assert torque.success, torque.message
+    newest = node.predicted[-1]
+    assert torque.torque.header.stamp == newest.header.stamp
+    np.testing.assert_array_equal(torque.torque.position, newest.position)
+    np.testing.assert_array_equal(torque.torque.velocity, newest.velocity)
+    np.testing.assert_allclose(torque.actuator_effort, newest.effort, atol=1e-12)
+
+
+def test_a_state_that_is_too_old_is_refused(node, sine):
+    q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
+    node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
+    node.spin(1.5)
+    for kind, name in ((srv.GravityTorques, 'gravity_torques'),
+                       (srv.InverseDynamics, 'inverse_dynamics')):
+        answer = node.call(kind, name)
+        assert not answer.success
+        assert 'right_s0' in answer.message and 'arrived for' in answer.message
+
+
+@pytest.mark.parametrize('state, acceleration, problem', [
+    ((), (), 'arrived yet'),
+    ((NAMES[:6], Q[:6]), (), 'lacks right_w2'),
+    ((NAMES + NAMES[:1], [*Q, 0.0]), (), 'twice'),
+    ((NAMES, Q[:6]), (), 'state.position: expected 7 values'),
+    ((NAMES, Q, QD[:3]), (), 'state.velocity: expected 7 values'),
+    ((NAMES, [*Q[:6], np.nan]), (), 'state.position: expected finite'),
+    ((NAMES, Q), QDD[:2], 'acceleration: expected 7 values'),
+    ((NAMES, Q), [*QDD[:6], np.inf], 'acceleration: expected finite'),
+    (((), Q), (), 'state.name: empty'),
+    ((), QDD, 'acceleration: its order'),
+], ids=lambda value: value.replace(' ', '_') if isinstance(value, str) else None)
+def test_what_cannot_be_answered_is_refused_with_the_reason(robot, predictor, state, acceleration,
+                                                            problem):
+    names, *fields = state or ((),)
+    message = joint_state(names, 0, *(np.array(field, dtype=float) for field in fields))
+    answer = robot.call(srv.InverseDynamics, 'inverse_dynamics', srv.InverseDynamics.Request(
+        state=message, acceleration=[float(x) for x in acceleration]))
+    assert not answer.success
+    assert problem in answer.message
+    assert len(answer.torque.effort) == 0
+    if not problem.startswith(('acceleration', 'state.velocity')):
+        answer = robot.call(srv.GravityTorques, 'gravity_torques',
+                            srv.GravityTorques.Request(state=message))
+        assert not answer.success
+        assert problem in answer.message
