@@ -1,0 +1,229 @@
+"""The demo: a fake Baxter and the predictor, seen from outside through their topics."""
+
+import os
+from pathlib import Path
+import time
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+from sensor_msgs.msg import JointState
+
+from .plots import plot_effort
+from .processes import NodeProcess
+from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import JOINTS
+from ..ros import topics
+from ..ros.messages import from_field
+from ..ros.messages import stamp_ns
+from ..signals.intake import Intake
+from ..signals.settings import PredictorSettings
+
+# Away from a real robot that may be on the same network.
+NAMESPACE = '/baxter_dynamics_demo'
+_FIRST_PREDICTION = 20.0  # [s] to wait for it
+_SERVICE = 10.0  # [s] to wait for an answer
+
+
+class Observer(Node):
+    """Subscribes to what any user would, and remembers it."""
+
+    def __init__(self):
+        super().__init__('observer', namespace=NAMESPACE)
+        self.measured, self.predicted, self.residual = [], [], []
+        self._subscribe('joint_states', self.measured, topics.SUBSCRIPTION_QOS)
+        self._subscribe('torque_predictor/predicted_effort', self.predicted, topics.PUBLISHER_QOS)
+        self._subscribe('torque_predictor/effort_residual', self.residual, topics.PUBLISHER_QOS)
+
+    def _subscribe(self, topic, messages, qos):
+        self.create_subscription(JointState, topic, messages.append, qos)
+
+    def call(self, kind, name):
+        """Return a service's answer to an empty request; None where the service is off."""
+        client = self.create_client(kind, 'torque_predictor/' + name)
+        if not client.wait_for_service(timeout_sec=_SERVICE):
+            return None
+        future = client.call_async(kind.Request())
+        rclpy.spin_until_future_complete(self, future, timeout_sec=_SERVICE)
+        return future.result()
+
+
+def run(arm: str, duration: float, output: str) -> int:
+    """
+    Run the demo and print what it shows.
+
+    Parameters
+    ----------
+    arm : str
+        'right' or 'left'.
+    duration : float
+        How long to look [s].
+    output : str
+        Path of the picture.
+
+    Returns
+    -------
+    int
+        Exit code 0.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If no prediction arrives, or the picture cannot be saved.
+
+    """
+    picture = _writable(output)
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    console = Console()
+    common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
+              f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={arm}']
+    rclpy.init(args=[])
+    try:
+        with NodeProcess('fake_baxter', common) as baxter, \
+                NodeProcess('torque_predictor', common) as predictor:
+            observer = Observer()
+            _await_prediction(observer, [baxter, predictor])
+            _watch(observer, duration, console)
+            answers = _call_services(observer)
+            if len(observer.residual) < 2:
+                raise BaxterDynamicsError('predictions arrived, but no residuals:\n'
+                                          + predictor.output.strip())
+    finally:
+        rclpy.try_shutdown()
+    series = _series(observer, arm)
+    _print_comparison(console, series)
+    _print_services(console, answers)
+    plot_effort(picture, series, f"Fake Baxter, {arm} arm, the paper's trajectory 3(a)")
+    console.print(f'picture: {picture}', soft_wrap=True)
+    return 0
+
+
+def _writable(output: str) -> Path:
+    path = Path(output).expanduser().resolve()
+    if not path.parent.is_dir():
+        raise BaxterDynamicsError(f'--output: no folder {path.parent}')
+    if path.suffix.lower() not in ('.png', '.pdf', '.svg'):
+        raise BaxterDynamicsError(f'--output: expected .png, .pdf or .svg, got {path.name}')
+    return path
+
+
+def _await_prediction(observer: Observer, processes):
+    limit = time.monotonic() + _FIRST_PREDICTION
+    while not observer.predicted:
+        rclpy.spin_once(observer, timeout_sec=0.1)
+        for process in processes:
+            if process.exit_code is not None:
+                raise BaxterDynamicsError(
+                    f'{process.executable} ended with exit code {process.exit_code}:\n'
+                    + process.output.strip())
+        if time.monotonic() > limit:
+            said = '\n'.join(process.output.strip() for process in processes)
+            raise BaxterDynamicsError(
+                f'no prediction within {_FIRST_PREDICTION:.0f} s, '
+                f'{len(observer.measured)} joint states seen. The nodes said:\n{said}')
+
+
+def _watch(observer: Observer, duration: float, console: Console):
+    observer.measured.clear()
+    observer.predicted.clear()
+    observer.residual.clear()
+    start = time.monotonic()
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task('watching the residual', total=duration)
+        while (elapsed := time.monotonic() - start) < duration:
+            rclpy.spin_once(observer, timeout_sec=0.1)
+            progress.update(task, completed=elapsed)
+
+
+def _call_services(observer: Observer) -> dict:
+    try:
+        from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
+    except ImportError:
+        return {}
+    return {'gravity_torques': observer.call(GravityTorques, 'gravity_torques'),
+            'inverse_dynamics': observer.call(InverseDynamics, 'inverse_dynamics')}
+
+
+def _series(observer: Observer, arm: str) -> dict:
+    """
+    Return what was seen as time series.
+
+    Returns
+    -------
+    dict
+        time (n,) [s], predicted, residual, measured (n, 7) [N m]; and for the paper's first
+        difference first_difference_time (m,) and first_difference_residual (m, 7).
+
+    """
+    predicted = {stamp_ns(m.header): from_field(m.effort) for m in observer.predicted}
+    pairs = [(stamp_ns(m.header), predicted[stamp_ns(m.header)], from_field(m.effort))
+             for m in observer.residual if stamp_ns(m.header) in predicted]
+    stamps, effort, residual = (np.array(column) for column in zip(*pairs))
+    start = stamps[0]
+    times, difference = _first_difference(observer.measured, arm)
+    return {
+        'time': (stamps - start) * 1e-9,
+        'predicted': effort,
+        'residual': residual,
+        'measured': effort + residual,
+        'first_difference_time': (times - start) * 1e-9,
+        'first_difference_residual': difference,
+    }
+
+
+def _first_difference(messages, arm: str) -> tuple:
+    """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
+    intake = Intake(arm)
+    settings = PredictorSettings({'arm': arm})
+    rows = []
+    for message in messages:
+        reading = intake.read(message.name, from_field(message.position),
+                              from_field(message.velocity), from_field(message.effort))
+        if isinstance(reading, tuple):
+            rows.append((stamp_ns(message.header), *reading))
+    stamps, q, qd, effort = (np.array(column) for column in zip(*rows))
+    dt = np.diff(stamps) * 1e-9
+    qdd = np.diff(qd, axis=0) / dt[:, None]
+    q, qd, effort = q[1:], qd[1:], effort[1:]
+    tau = settings.arm.inverse_dynamics(q, qd, qdd)
+    return stamps[1:], effort - settings.effort_model.effort(tau, q, qd)
+
+
+def _print_comparison(console: Console, series: dict):
+    table = Table(title=f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s; '
+                  "RMS in N m.\nresidual = measured - predicted; last column: with the paper's "
+                  'first difference instead')
+    table.add_column('joint')
+    columns = {'measured': 'measured', 'predicted': 'predicted', 'residual': 'residual',
+               'first difference': 'first_difference_residual'}
+    for title in columns:
+        table.add_column(title, justify='right')
+    rms = [np.sqrt(np.mean(series[key] ** 2, axis=0)) for key in columns.values()]
+    for i, joint in enumerate(JOINTS):
+        table.add_row(joint, *(f'{column[i]:.3f}' for column in rms))
+    console.print(table)
+
+
+def _print_services(console: Console, answers: dict):
+    if not answers:
+        console.print('services: off, for baxter_dynamics_interfaces is not installed: '
+                      'pip install ./baxter_dynamics_interfaces')
+        return
+    for name, answer in answers.items():
+        if answer is None or not answer.success:
+            reason = 'no answer' if answer is None else answer.message
+            raise BaxterDynamicsError(f'service {name}: {reason}')
+        fields = ({'gravity': answer.gravity.effort} if name == 'gravity_torques' else
+                  {'torque': answer.torque.effort, 'inertial': answer.inertial,
+                   'coriolis': answer.coriolis, 'gravity': answer.gravity})
+        fields['actuator_effort'] = answer.actuator_effort
+        table = Table(title=f'service {name} [N m]\n{answer.message}')
+        table.add_column('', no_wrap=True)
+        for joint in JOINTS:
+            table.add_column(joint, justify='right')
+        for field, values in fields.items():
+            table.add_row(field, *(f'{value:.3f}' for value in values))
+        console.print(table)

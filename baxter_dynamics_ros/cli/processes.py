@@ -1,0 +1,73 @@
+"""Nodes as processes of their own: started, watched, and ended by their own id."""
+
+import signal
+import subprocess
+import sys
+import tempfile
+
+_GRACE = 5.0  # [s] between being asked to end and being killed
+
+
+class NodeProcess:
+    """
+    A node of this package in a process of its own; a context manager that ends it.
+
+    Parameters
+    ----------
+    executable : str
+        'torque_predictor' or 'fake_baxter'.
+    arguments : list of str
+        Its command line, such as ``['--ros-args', '-p', 'align:=false']``.
+    environment : dict, optional
+        Its environment; this process's by default. The ROS wheels need it to have both
+        LD_LIBRARY_PATH and their guard variable, or neither, so copy it whole.
+
+    """
+
+    def __init__(self, executable: str, arguments=(), environment: dict = None):
+        self.executable = executable
+        self._output = tempfile.TemporaryFile('w+')
+        self._process = subprocess.Popen(
+            [sys.executable, '-m', f'baxter_dynamics_ros.ros.{executable}', *arguments],
+            stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
+            env=environment)
+
+    def __enter__(self):
+        """Return this process."""
+        return self
+
+    def __exit__(self, *exception):
+        """End the process and forget its output."""
+        self.end()
+        self._output.close()
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    @property
+    def exit_code(self) -> 'int | None':
+        """Exit code; None while it runs."""
+        return self._process.poll()
+
+    @property
+    def output(self) -> str:
+        """Output so far, stdout and stderr."""
+        self._output.seek(0)
+        return self._output.read()
+
+    def wait(self, timeout: float) -> int:
+        """Return the exit code when it ends by itself; raise TimeoutExpired otherwise."""
+        return self._process.wait(timeout)
+
+    def end(self, by: int = signal.SIGINT) -> int:
+        """Ask it to end with a signal, kill it if it does not, and return its exit code."""
+        if self._process.poll() is None:
+            self._process.send_signal(by)
+            try:
+                self._process.wait(_GRACE)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        return self._process.returncode
