@@ -7,6 +7,7 @@ import time
 import numpy as np
 import rclpy
 from rclpy.node import Node
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -193,9 +194,10 @@ def _first_difference(messages, arm: str) -> tuple:
 
 
 def _print_comparison(console: Console, series: dict):
-    table = Table(title=f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s; '
-                  "RMS in N m.\nresidual = measured - predicted; last column: with the paper's "
-                  'first difference instead')
+    console.print(f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s. RMS [N m]; '
+                  'residual = measured - predicted;\nlast column: the same with the '
+                  "paper's first difference", soft_wrap=True, highlight=False)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column('joint')
     columns = {'measured': 'measured', 'predicted': 'predicted', 'residual': 'residual',
                'first difference': 'first_difference_residual'}
@@ -220,7 +222,8 @@ def _print_services(console: Console, answers: dict):
                   {'torque': answer.torque.effort, 'inertial': answer.inertial,
                    'coriolis': answer.coriolis, 'gravity': answer.gravity})
         fields['actuator_effort'] = answer.actuator_effort
-        table = Table(title=f'service {name} [N m]\n{answer.message}')
+        console.print(f'service {name} [N m]: {answer.message}', soft_wrap=True, highlight=False)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
         table.add_column('', no_wrap=True)
         for joint in JOINTS:
             table.add_column(joint, justify='right')

@@ -44,7 +44,7 @@ def plot_effort(path: Path, series: dict, title: str):
                   label='predicted')
         left.set_ylabel(f'{joint}   [N m]')
         right.plot(series['first_difference_time'], series['first_difference_residual'][:, i],
-                   color=_DIFFERENCE, lw=0.8, label="with the paper's first difference")
+                   color=_DIFFERENCE, lw=0.8, label="with the paper's first difference (cut off)")
         right.plot(series['time'], series['residual'][:, i], color=_RESIDUAL, lw=1.2,
                    label='residual')
         right.axhline(0.0, color='black', lw=0.6)
@@ -64,7 +64,7 @@ def plot_effort(path: Path, series: dict, title: str):
     for axis in axes[-1]:
         axis.set_xlabel('time [s]')
     try:
-        figure.savefig(path, dpi=110)
+        figure.savefig(path, dpi=85)
     except OSError as error:
         raise BaxterDynamicsError(f'{path}: cannot be written ({error})') from None
     finally:

@@ -11,6 +11,7 @@ motor works against them near the usual poses. A simulator has no springs:
 
 from dataclasses import dataclass
 from dataclasses import field
+import math
 
 import numpy as np
 
@@ -51,6 +52,8 @@ class EffortModel:
         Constant offset of the measured effort [N m].
     coulomb_velocity : float
         Width of the Coulomb term's change of sign [rad/s].
+    has_spring, has_friction : bool
+        Whether any of their coefficients is not zero.
 
     Raises
     ------
@@ -80,26 +83,31 @@ class EffortModel:
         if self.spring_range[0] >= self.spring_range[1]:
             raise ArgumentError('effort_model.spring_range',
                                 f'expected lower < upper, got {self.spring_range}')
-        object.__setattr__(self, 'coulomb_velocity', number(
+        set_ = object.__setattr__
+        set_(self, 'coulomb_velocity', number(
             'effort_model.coulomb_velocity', self.coulomb_velocity, lower=1e-6))
+        # What a stream asks for again and again, as plain numbers.
+        set_(self, 'has_spring', bool(self.spring_coefficients.any()))
+        set_(self, 'has_friction', bool(self.coulomb.any() or self.viscous.any()))
+        set_(self, '_spring', tuple(self.spring_coefficients.tolist()))
+        set_(self, '_border', tuple(self.spring_range.tolist()))
 
     @classmethod
     def rigid(cls) -> 'EffortModel':
         """Return the model of a simulator: effort = tau."""
         return cls(spring_coefficients=np.zeros(5))
 
-    @property
-    def has_spring(self) -> bool:
-        """Whether there is a spring at all."""
-        return bool(self.spring_coefficients.any())
-
     def spring(self, q: np.ndarray) -> np.ndarray:
         """Return the spring's effort, (..., 7) [N m], zero but at s1; q is (..., 7) [rad]."""
+        lower, upper = self._border
+        c0, c1, c2, c3, c4 = self._spring
+        if q.ndim == 1:  # one state of a stream: several times faster on plain numbers
+            s1 = min(max(float(q[S1]), lower), upper)
+            sin, cos = math.sin(s1), math.cos(s1)
+        else:
+            s1 = np.clip(q[..., S1], lower, upper)
+            sin, cos = np.sin(s1), np.cos(s1)
         result = np.zeros(q.shape)
-        # minimum and maximum, not clip: several times faster on one value
-        s1 = np.minimum(np.maximum(q[..., S1], self.spring_range[0]), self.spring_range[1])
-        c0, c1, c2, c3, c4 = self.spring_coefficients
-        sin, cos = np.sin(s1), np.cos(s1)
         # sin 2q = 2 sin q cos q, cos 2q = 1 - 2 sin^2 q
         result[..., S1] = (c0 + c4) + c1 * sin + c2 * cos + 2.0 * sin * (c3 * cos - c4 * sin)
         return result
@@ -110,8 +118,9 @@ class EffortModel:
 
         Nowhere, where there is no spring.
         """
-        lower, upper = self.spring_range
-        return ((q[..., S1] < lower) | (q[..., S1] > upper)) & self.has_spring
+        s1 = q[..., S1]
+        held = (s1 < self._border[0]) | (s1 > self._border[1])
+        return held if self.has_spring else np.zeros_like(held)
 
     def friction(self, qd: np.ndarray) -> np.ndarray:
         """Return Coulomb and viscous friction, (..., 7) [N m]; qd is (..., 7) [rad/s]."""
@@ -119,4 +128,5 @@ class EffortModel:
 
     def effort(self, tau: np.ndarray, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Return what the robot would measure, (..., 7) [N m], while it needs tau (..., 7)."""
-        return tau + self.spring(q) + self.friction(qd) + self.bias
+        result = tau + self.spring(q) + self.bias
+        return result + self.friction(qd) if self.has_friction else result

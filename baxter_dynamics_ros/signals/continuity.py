@@ -66,8 +66,9 @@ class Continuity:
             return Event.DUPLICATE
         if (qd is None) != (last_qd is None):
             return Event.RESET_VELOCITY_SOURCE
+        moved = np.abs(q - last_q) - JUMP_MARGIN
         period = dt or UNKNOWN_PERIOD
-        if (np.abs(q - last_q) > (1.5 * period) * VELOCITY_LIMIT + JUMP_MARGIN).any():
+        if np.count_nonzero(moved > (1.5 * period) * VELOCITY_LIMIT):
             return Event.RESET_POSITION_JUMP
         return Event.REPEATED_STAMP if dt == 0.0 else None
 

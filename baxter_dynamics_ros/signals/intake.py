@@ -80,7 +80,8 @@ class Intake:
             row[_VELOCITY] = velocity[layout]
         if len(effort):
             row[_EFFORT] = effort[layout]
-        if not (np.abs(row) <= _BOUNDS).all():  # written so that NaN fails, too
+        # Written so that NaN fails, too.
+        if np.count_nonzero(np.abs(row) <= _BOUNDS) < len(row):
             return Event.IMPLAUSIBLE if np.isfinite(row).all() else Event.NON_FINITE
         row.flags.writeable = False
         return (row[_POSITION],

@@ -1,6 +1,6 @@
 """One instant's position, velocity, acceleration and effort out of a noisy, lagging stream."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,8 +9,7 @@ from .delay_line import DelayLine
 from .slope import PositionSlope
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """The arm's motion at one instant; arrays (7,) in joint order."""
 
     delay: float  # how far before the newest sample the instant is [s]

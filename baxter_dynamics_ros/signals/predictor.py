@@ -1,7 +1,7 @@
 """The stream handler: a joint state in, a prediction and its residual out."""
 
 from collections import Counter
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from ..core.effort import EffortModel
 _RESETS = frozenset(event for event in Event if event.value.startswith('reset_'))
 
 
-@dataclass(frozen=True)
-class Prediction:
+class Prediction(NamedTuple):
     """What the arm needs at one instant, and what it measured; read-only (7,) in joint order."""
 
     stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
@@ -27,8 +26,7 @@ class Prediction:
     residual: 'np.ndarray | None'  # measured - predicted effort [N m]; None without a measurement
 
 
-@dataclass(frozen=True)
-class State:
+class State(NamedTuple):
     """The arm's state as last measured; arrays (7,) in joint order."""
 
     stamp_ns: int  # [ns]
@@ -153,7 +151,7 @@ class Predictor:
         """Return the measured effort, or None where the robot cannot have measured it."""
         if effort is None:
             self.counts[Event.EFFORT_MISSING] += 1
-        elif not effort.any():
+        elif not np.count_nonzero(effort):
             self.counts[Event.EFFORT_ALL_ZERO] += 1
             return None
         return effort

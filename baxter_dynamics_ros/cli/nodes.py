@@ -1,0 +1,24 @@
+"""The commands that run a node: they say in one line what is missing where there is no ROS."""
+
+import importlib
+import sys
+
+
+def torque_predictor() -> int:
+    """Run the predictor; return its exit code."""
+    return _run('torque_predictor')
+
+
+def fake_baxter() -> int:
+    """Run the fake Baxter; return its exit code."""
+    return _run('fake_baxter')
+
+
+def _run(executable: str) -> int:
+    try:
+        node = importlib.import_module(f'baxter_dynamics_ros.ros.{executable}')
+    except ImportError as error:
+        print(f'{executable}: {error}. Without ROS, install the ros extra: pip install ".[ros]"',
+              file=sys.stderr)
+        return 1
+    return node.main()
