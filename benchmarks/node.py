@@ -1,0 +1,136 @@
+"""
+Measure the node against a bare relay with the same subscription and publishers.
+
+Alternating, in one run: latency from publishing a joint state to receiving what is made of it,
+processor time, and messages lost. Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
+"""
+
+import argparse
+import os
+from pathlib import Path
+from statistics import median
+import subprocess
+import sys
+import time
+
+from baxter_dynamics_ros.ros import topics
+from baxter_dynamics_ros.ros.messages import joint_state
+from baxter_dynamics_ros.ros.messages import stamp_ns
+from baxter_dynamics_ros.signals.settings import PredictorSettings
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '
+         'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0').split()
+SETTLE = 0.5  # [s] streamed before anything is counted
+KINDS = {
+    'relay': [str(Path(__file__).with_name('relay.py'))],
+    'node': ['-m', 'baxter_dynamics_ros.ros.torque_predictor'],
+    'newton': ['-m', 'baxter_dynamics_ros.ros.torque_predictor', '--ros-args', '-p',
+               'method:=newton_euler'],
+}
+
+
+class Driver(Node):
+    """Publishes joint states at a rate, and notes when each comes back as a residual."""
+
+    def __init__(self):
+        super().__init__('driver')
+        self.publisher = self.create_publisher(
+            JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
+        self.create_subscription(JointState, '/torque_predictor/effort_residual', self._on_answer,
+                                 1000)
+        self.answers = []
+
+    def _on_answer(self, message):
+        self.answers.append((stamp_ns(message.header), time.perf_counter()))
+
+    def stream(self, rate: float, seconds: float) -> list:
+        """Publish for a while; return (stamp [ns], time sent [s]) of each message."""
+        sent = []
+        begin = time.perf_counter()
+        epoch = time.time_ns()
+        k = 0
+        while k < rate * seconds:
+            now = time.perf_counter() - begin
+            if now < k / rate:
+                rclpy.spin_once(self, timeout_sec=min(k / rate - now, 0.0005))
+                continue
+            t = k / rate
+            q = 0.3 + 0.2 * np.sin(t + np.arange(17.0))
+            stamp = epoch + round(t * 1e9)
+            message = joint_state(NAMES, stamp, q, 0.2 * np.cos(t + np.arange(17.0)), q)
+            sent.append((stamp, time.perf_counter()))
+            self.publisher.publish(message)
+            k += 1
+        until = time.perf_counter() + 0.5
+        while time.perf_counter() < until:
+            rclpy.spin_once(self, timeout_sec=0.01)
+        return sent
+
+
+def measure(kind: str, rate: float, seconds: float) -> dict:
+    """Run one kind of process at one rate."""
+    rclpy.init(args=[])
+    driver = Driver()
+    process = subprocess.Popen([sys.executable, *KINDS[kind]], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    try:
+        limit = time.monotonic() + 20.0
+        while driver.publisher.get_subscription_count() == 0:
+            rclpy.spin_once(driver, timeout_sec=0.05)
+            if time.monotonic() > limit:
+                raise SystemExit(f'{kind} did not start')
+        driver.stream(rate, SETTLE)
+        driver.answers.clear()
+        before = cpu_seconds(process.pid)
+        sent = driver.stream(rate, seconds)
+        used = cpu_seconds(process.pid) - before
+    finally:
+        process.terminate()
+        process.wait(10)
+        rclpy.try_shutdown()
+    # Between the two streams lies a gap of 0.5 s, after which the predictor settles: only what
+    # was sent once it had is counted, for both.
+    counted = dict(sent[int(0.25 * rate):])
+    behind = 0 if kind == 'relay' else round(PredictorSettings().predictor().estimator.delay * 1e9)
+    latencies = [received - counted[stamp + behind] for stamp, received in driver.answers
+                 if stamp + behind in counted]
+    return {'median [ms]': median(latencies) * 1e3,
+            'p99 [ms]': float(np.percentile(latencies, 99)) * 1e3,
+            'CPU [%]': 100 * used / (seconds + 0.5),
+            'lost': len(counted) - len(latencies)}
+
+
+def cpu_seconds(pid: int) -> float:
+    """Return the processor time that a process has used."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
+def main():
+    """Print one table."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--seconds', type=float, default=10.0)
+    parser.add_argument('--rounds', type=int, default=3)
+    options = parser.parse_args()
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.setdefault('ROS_DOMAIN_ID', '93')
+    columns = ('median [ms]', 'p99 [ms]', 'CPU [%]', 'lost')
+    print(f'{"rate":>8} {"process":8}' + ''.join(f'{column:>13}' for column in columns))
+    for rate in (100.0, 1000.0):
+        rounds = [{kind: measure(kind, rate, options.seconds) for kind in KINDS}
+                  for _ in range(options.rounds)]
+        for kind in KINDS:
+            values = [median(each[kind][column] for each in rounds) for column in columns]
+            print(f'{rate:5.0f} Hz {kind:8}' + ''.join(f'{value:13.2f}' for value in values))
+        for kind in list(KINDS)[1:]:
+            ratios = [median(each[kind][column] / each['relay'][column] for each in rounds)
+                      for column in columns[:3]]
+            print(f'{kind:>8} / relay ' + ''.join(f'{ratio:13.2f}' for ratio in ratios))
+
+
+if __name__ == '__main__':
+    main()
