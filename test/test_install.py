@@ -1,0 +1,106 @@
+"""pip install . with no extra: the model on any machine, with NumPy alone."""
+
+import json
+import os
+from pathlib import Path
+import shutil
+import subprocess
+import sys
+
+from baxter_dynamics_ros import __version__
+from baxter_dynamics_ros import BaxterArm
+import numpy as np
+import pytest
+
+NAME = 'baxter_dynamics_ros'
+REPOSITORY = Path(__file__).resolve().parents[1]
+
+# What would let this environment leak into the new one. The first two belong together: a child
+# of the ROS wheels must inherit both or neither.
+LEAKS = ('LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH', 'VIRTUAL_ENV')
+
+pytestmark = pytest.mark.timeout(300)
+
+
+class Venv:
+    """A new virtual environment, used from a folder outside the checkout."""
+
+    def __init__(self, folder):
+        self.prefix = folder / 'venv'
+        self._folder = folder
+        self._run(sys.executable, '-m', 'venv', self.prefix).check_returncode()
+
+    def run(self, command, *arguments):
+        """Run a command of the environment."""
+        return self._run(self.prefix / 'bin' / command, *arguments)
+
+    def _run(self, *command):
+        environment = {name: value for name, value in os.environ.items() if name not in LEAKS}
+        return subprocess.run(command, cwd=self._folder, env=environment, timeout=240,
+                              capture_output=True, text=True)
+
+
+@pytest.fixture(scope='module')
+def venv(tmp_path_factory):
+    """Return an environment into which a copy of the checkout was installed."""
+    pytest.importorskip('ensurepip', reason='python -m venv lacks pip: apt install python3-venv')
+    folder = tmp_path_factory.mktemp('install')
+    result = Venv(folder)
+    if result.run('pip', 'download', '--no-deps', 'setuptools').returncode:
+        pytest.skip('pip reaches no package index')
+    source = folder / 'source'  # the checkout stays clean
+    shutil.copytree(REPOSITORY, source, symlinks=True, ignore=shutil.ignore_patterns(
+        '.*', '__pycache__', '*.egg-info', 'build', 'install', 'log', 'venv'))
+    pip = result.run('pip', 'install', source)
+    assert pip.returncode == 0, pip.stdout + pip.stderr
+    shutil.rmtree(source)  # what was installed stands by itself
+    return result
+
+
+def test_brings_numpy_alone(venv):
+    answer = venv.run('pip', 'list', '--format=json')
+    names = {entry['name'].replace('-', '_') for entry in json.loads(answer.stdout)}
+    assert names - {'pip', 'setuptools'} == {NAME, 'numpy'}
+
+
+def test_model_runs(venv):
+    answer = venv.run('python', '-c', f'import {NAME} as b; print(b.__file__); '
+                      'print(b.BaxterArm().gravity([0.0] * 7).tolist())')
+    file, gravity = answer.stdout.splitlines()
+    assert venv.prefix in Path(file).parents
+    np.testing.assert_allclose(json.loads(gravity), BaxterArm().gravity([0.0] * 7), rtol=1e-12)
+
+
+def test_command_runs(venv):
+    answer = venv.run('baxter_dynamics', '--version')
+    assert (answer.returncode, answer.stdout.strip()) == (0, __version__)
+
+
+@pytest.mark.parametrize('executable', ['fake_baxter', 'torque_predictor'])
+def test_nodes_are_on_the_path(venv, executable):
+    assert os.access(venv.prefix / 'bin' / executable, os.X_OK)
+
+
+@pytest.mark.parametrize('executable', ['torque_predictor', 'fake_baxter'])
+def test_nodes_name_the_extra_they_need(venv, executable):
+    answer = venv.run(executable)
+    assert answer.returncode == 1
+    assert answer.stderr.startswith(f'{executable}: ') and 'pip install ".[ros]"' in answer.stderr
+    assert len(answer.stderr.strip().splitlines()) == 1
+
+
+def test_demo_names_the_extra_it_needs(venv):
+    answer = venv.run('baxter_dynamics', 'demo')
+    assert answer.returncode == 1
+    assert answer.stdout == ''
+    line, = answer.stderr.splitlines()
+    assert line.startswith('baxter_dynamics demo: ')
+    assert 'pip install ".[demo]"' in line
+
+
+@pytest.mark.parametrize('pattern', ['package.xml', 'config/*.yaml', 'launch/*.launch.xml'])
+def test_shared_files_are_installed(venv, pattern):
+    files = list(REPOSITORY.glob(pattern))
+    assert files
+    for file in files:
+        assert (venv.prefix / 'share' / NAME / file.relative_to(REPOSITORY)).is_file()
