@@ -140,6 +140,19 @@ def start(domain):
 
 
 @pytest.fixture
+def refuses(start):
+    """Return a function that asserts: with this parameter, one clear line and exit code 1."""
+    def refuses_(executable: str, argument: str, problem: str):
+        process = start(executable, '-p', argument)
+        assert process.wait(20.0) == 1
+        lines = process.output.strip().splitlines()
+        assert len(lines) == 1, process.output
+        assert lines[0].startswith(f'{executable}: ')
+        assert problem in lines[0]
+    return refuses_
+
+
+@pytest.fixture
 def start_predictor(robot, start):
     """Return a function that starts the predictor, losing no message, until it listens."""
     def start_(*arguments, **environment) -> NodeProcess:
