@@ -17,14 +17,13 @@ from baxter_dynamics_ros.ros import topics
 from baxter_dynamics_ros.ros.messages import joint_state
 from baxter_dynamics_ros.ros.messages import stamp_ns
 from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
 import rclpy
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '
-         'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0').split()
-SETTLE = 0.5  # [s] streamed before anything is counted
+SETTLE = 1.0  # [s] streamed before anything is counted
 KINDS = {
     'relay': [str(Path(__file__).with_name('relay.py'))],
     'node': ['-m', 'baxter_dynamics_ros.ros.torque_predictor'],
@@ -47,21 +46,29 @@ class Driver(Node):
     def _on_answer(self, message):
         self.answers.append((stamp_ns(message.header), time.perf_counter()))
 
-    def stream(self, rate: float, seconds: float) -> list:
-        """Publish for a while; return (stamp [ns], time sent [s]) of each message."""
+    def stream(self, rate: float, seconds: float, settled) -> list:
+        """
+        Publish for a while; return (stamp [ns], time sent [s]) of what was sent once settled.
+
+        ``settled`` is called at that moment.
+        """
         sent = []
         begin = time.perf_counter()
         epoch = time.time_ns()
         k = 0
-        while k < rate * seconds:
+        while k < rate * (SETTLE + seconds):
             now = time.perf_counter() - begin
             if now < k / rate:
                 rclpy.spin_once(self, timeout_sec=min(k / rate - now, 0.0005))
                 continue
             t = k / rate
+            if k == round(rate * SETTLE):
+                sent.clear()
+                settled()
             q = 0.3 + 0.2 * np.sin(t + np.arange(17.0))
             stamp = epoch + round(t * 1e9)
-            message = joint_state(NAMES, stamp, q, 0.2 * np.cos(t + np.arange(17.0)), q)
+            qd = 0.2 * np.cos(t + np.arange(17.0))
+            message = joint_state(JOINT_STATE_NAMES, stamp, q, qd, q)
             sent.append((stamp, time.perf_counter()))
             self.publisher.publish(message)
             k += 1
@@ -79,22 +86,19 @@ def measure(kind: str, rate: float, seconds: float) -> dict:
                                stderr=subprocess.DEVNULL)
     try:
         limit = time.monotonic() + 20.0
-        while driver.publisher.get_subscription_count() == 0:
+        while (driver.publisher.get_subscription_count() == 0
+               or driver.count_publishers('/torque_predictor/effort_residual') == 0):
             rclpy.spin_once(driver, timeout_sec=0.05)
             if time.monotonic() > limit:
                 raise SystemExit(f'{kind} did not start')
-        driver.stream(rate, SETTLE)
-        driver.answers.clear()
-        before = cpu_seconds(process.pid)
-        sent = driver.stream(rate, seconds)
-        used = cpu_seconds(process.pid) - before
+        before = []
+        counted = dict(driver.stream(rate, seconds,
+                                     lambda: before.append(cpu_seconds(process.pid))))
+        used = cpu_seconds(process.pid) - before[0]
     finally:
         process.terminate()
         process.wait(10)
         rclpy.try_shutdown()
-    # Between the two streams lies a gap of 0.5 s, after which the predictor settles: only what
-    # was sent once it had is counted, for both.
-    counted = dict(sent[int(0.25 * rate):])
     behind = 0 if kind == 'relay' else round(PredictorSettings().predictor().estimator.delay * 1e9)
     latencies = [received - counted[stamp + behind] for stamp, received in driver.answers
                  if stamp + behind in counted]

@@ -79,18 +79,18 @@ def test_a_clock_jump_restarts_the_count(continuity):
 
 
 @pytest.mark.parametrize('joint', range(7))
-@pytest.mark.parametrize('dt_ms', [0, 1, 10, 250])
+@pytest.mark.parametrize('dt_ms', [0, 1e-3, 1, 10, 250])
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_position_jump(continuity, joint, dt_ms, sign):
-    # Messages with one stamp may be up to 30 ms apart in truth.
-    allowed = 1.5 * GREATEST_SPEED[joint] * (dt_ms or 30) / 1000 + 0.02  # [rad]
+    # Stamps under 1 ms apart are times of arrival: the messages may be 30 ms apart in truth.
+    allowed = 1.5 * GREATEST_SPEED[joint] * (dt_ms if dt_ms >= 1 else 30) / 1000 + 0.02  # [rad]
     moved = Q.copy()
     moved[joint] = Q[joint] + sign * allowed * (1 + 1e-9)
-    assert judge(continuity, dt_ms * MS, q=moved) is Event.RESET_POSITION_JUMP
+    assert judge(continuity, int(dt_ms * MS), q=moved) is Event.RESET_POSITION_JUMP
     continuity.forget()
     judge(continuity, 0)
     moved[joint] = Q[joint] + sign * allowed * (1 - 1e-9)
-    assert judge(continuity, dt_ms * MS, q=moved) is (None if dt_ms else Event.REPEATED_STAMP)
+    assert judge(continuity, int(dt_ms * MS), q=moved) is (None if dt_ms else Event.REPEATED_STAMP)
 
 
 def test_after_a_jump_the_stream_continues_from_there(continuity):

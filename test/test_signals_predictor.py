@@ -215,7 +215,8 @@ def test_reset_starts_anew():
     predictor = settings.predictor()
     first = play(predictor, messages)
     predictor.reset()
-    assert predictor.latest is None and predictor.prediction is None
+    assert predictor.prediction is None
+    assert predictor.latest.stamp_ns == messages[-1][0]  # still what was last measured
     once = {'received': 60, 'taken': 60, 'predicted': 39, Event.RESET_REQUESTED: 1}
     assert predictor.counts == once
     again = play(predictor, messages)  # the same stamps, which now run back

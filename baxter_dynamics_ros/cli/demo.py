@@ -2,10 +2,12 @@
 
 import os
 from pathlib import Path
+import signal
 import time
 
 import numpy as np
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -68,7 +70,7 @@ def run(arm: str, duration: float, output: str) -> int:
     Returns
     -------
     int
-        Exit code 0.
+        Exit code: 0, or 143 where the demo was terminated.
 
     Raises
     ------
@@ -92,6 +94,8 @@ def run(arm: str, duration: float, output: str) -> int:
             if len(observer.residual) < 2:
                 raise BaxterDynamicsError('predictions arrived, but no residuals:\n'
                                           + predictor.output.strip())
+    except ExternalShutdownException:
+        return 128 + signal.SIGTERM
     finally:
         rclpy.try_shutdown()
     series = _series(observer, arm)
@@ -106,6 +110,8 @@ def _writable(output: str) -> Path:
     path = Path(output).expanduser().resolve()
     if not path.parent.is_dir():
         raise BaxterDynamicsError(f'--output: no folder {path.parent}')
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise BaxterDynamicsError(f'--output: {path} cannot be written')
     if path.suffix.lower() not in ('.png', '.pdf', '.svg'):
         raise BaxterDynamicsError(f'--output: expected .png, .pdf or .svg, got {path.name}')
     return path

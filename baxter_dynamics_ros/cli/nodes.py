@@ -16,6 +16,13 @@ def fake_baxter() -> int:
 
 def _run(executable: str) -> int:
     try:
+        return _node(executable)
+    except KeyboardInterrupt:  # before the node handles it, while modules load
+        return 0
+
+
+def _node(executable: str) -> int:
+    try:
         node = importlib.import_module(f'baxter_dynamics_ros.ros.{executable}')
     except ImportError as error:
         print(f'{executable}: {error}. Without ROS, install the ros extra: pip install ".[ros]"',

@@ -8,16 +8,17 @@ import numpy as np
 
 from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
+from ..signals.events import DROPPED
 from ..signals.events import Event
+from ..signals.events import NO_EFFORT
 from ..signals.events import REMEDIES
+from ..signals.events import RESETS
 
-STALE_AFTER = 1.0  # without a joint state of the arm [s]
+STALE_AFTER = 1.0  # without a valid joint state of the arm [s]
+_SAMPLES_PER_CYCLE = 4  # of the cut-off frequency, at the least
 
-_EFFORT_EVENTS = (Event.EFFORT_MISSING, Event.EFFORT_ALL_ZERO)
-_INPUT_EVENTS = tuple(event for event in Event
-                      if event not in _EFFORT_EVENTS and event is not Event.SPRING_HELD
-                      and not event.value.startswith('reset_'))
-_FILTER_EVENTS = tuple(event for event in Event if event.value.startswith('reset_'))
+_INPUT_EVENTS = DROPPED + (Event.REPEATED_STAMP, Event.VELOCITY_MISSING)
+_FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 
 
 class PeriodStatistics:
@@ -25,12 +26,16 @@ class PeriodStatistics:
 
     def __init__(self):
         self._counts = Counter()
-        self.clear(self._counts)
+        self.was_dry = False  # joint states, but no prediction, in the period before
+        self.rate = float('inf')  # of the joint states in the period before [Hz]
+        self.clear(self._counts, 1.0)
 
-    def clear(self, counts: Counter):
-        """Begin a new period; ``counts`` are those of now."""
+    def clear(self, counts: Counter, period: float):
+        """Begin a new period; ``counts`` are those of now, at the end of one of ``period`` [s]."""
+        taken = self.since(counts, 'taken')
+        self.was_dry = taken > 0 and not self.since(counts, 'predicted')
+        self.rate = taken / period or float('inf')
         self._counts = Counter(counts)
-        self.samples = 0
         self._square = np.zeros(N_JOINTS)
         self._residuals = 0
 
@@ -58,7 +63,7 @@ def report(node_name: str, topic: str, predictor, statistics: PeriodStatistics, 
     Parameters
     ----------
     node_name : str
-        In front of the statuses' names.
+        With its namespace; stands in front of the statuses' names.
     topic : str
         Where the joint states come from.
     predictor : Predictor
@@ -66,18 +71,18 @@ def report(node_name: str, topic: str, predictor, statistics: PeriodStatistics, 
     statistics : PeriodStatistics
         Of the last period.
     age : float
-        Time since the arm's last joint state [s]; infinite if there was none.
+        Time since the arm's last valid joint state [s]; infinite if there was none.
     period : float
         Length of the period [s].
 
     """
     statuses = [_input(topic, predictor, statistics, age, period),
-                _filter(predictor, statistics, age),
-                _effort(predictor, statistics),
+                _filter(predictor, statistics, age, period),
+                _effort(predictor, statistics, age),
                 _residual(predictor, statistics)]
     for status in statuses:
         status.name = f'{node_name}: {status.name}'
-        status.hardware_id = 'baxter_' + predictor.intake.names[0].split('_')[0] + '_arm'
+        status.hardware_id = f'baxter_{predictor.intake.side}_arm'
     return statuses
 
 
@@ -87,10 +92,14 @@ def _input(topic, predictor, statistics, age, period):
                               message=f'joint states arrive on {topic}')
     _warn_of(status, _INPUT_EVENTS, counts, statistics)
     if age > STALE_AFTER:
-        status.level = DiagnosticStatus.STALE
-        arm = predictor.intake.names[0].split('_')[0]
-        status.message = (f'no joint states of the {arm} arm on {topic}: is the bridge running, '
-                          'and is the ROS domain the same?')
+        if status.level == DiagnosticStatus.OK:
+            status.level = DiagnosticStatus.STALE
+            status.message = f'no joint states of the {predictor.intake.side} arm on {topic}: ' + (
+                'others arrive, so is the other arm meant (parameter arm)?'
+                if statistics.since(counts, Event.NOT_THIS_ARM) else
+                'is the bridge running, and is the ROS domain the same?')
+        else:  # they arrive, and none can be used
+            status.level = DiagnosticStatus.ERROR
     rate = statistics.since(counts, 'taken') / period
     _add(status, 'rate [Hz]', f'{rate:.1f}')
     _add(status, 'age [s]', f'{age:.3f}')
@@ -100,31 +109,46 @@ def _input(topic, predictor, statistics, age, period):
     return status
 
 
-def _filter(predictor, statistics, age):
+def _filter(predictor, statistics, age, period):
     status = DiagnosticStatus(name='filter', level=DiagnosticStatus.OK)
+    delay = predictor.estimator.delay
     if age > STALE_AFTER:
-        state = 'waiting'
-        status.level = DiagnosticStatus.STALE
+        state, status.level = 'waiting', DiagnosticStatus.STALE
+    elif statistics.since(predictor.counts, 'predicted'):
+        state = 'running'
+        if predictor.prediction is not None:
+            delay = (predictor.latest.stamp_ns - predictor.prediction.stamp_ns) * 1e-9
     else:
-        state = 'running' if predictor.prediction is not None else 'settling'
+        state = 'settling'
     status.message = state
-    _warn_of(status, _FILTER_EVENTS + (Event.SPRING_HELD,), predictor.counts, statistics)
+    if state == 'settling' and statistics.was_dry:
+        status.level = DiagnosticStatus.WARN
+        status.message = 'joint states arrive but the filter never settles: see input and resets'
+    needed = _SAMPLES_PER_CYCLE * predictor.estimator.cutoff
+    if 0.0 < max(statistics.since(predictor.counts, 'taken') / period, statistics.rate) < needed:
+        status.level = DiagnosticStatus.WARN
+        status.message = (f'under {needed:g} joint states a second are too few for '
+                          'acceleration.cutoff: lower it, or raise the rate')
+    _warn_of(status, _FILTER_EVENTS, predictor.counts, statistics)
     _add(status, 'state', state)
-    _add(status, 'delay [s]', f'{predictor.estimator.delay:.4f}')
+    _add(status, 'delay [s]', f'{delay:.4f}')
     _add(status, 'settling time [s]', f'{predictor.estimator.settling_time:.3f}')
     _add(status, 'predicted', predictor.counts['predicted'])
-    for event in _FILTER_EVENTS + (Event.SPRING_HELD,):
+    for event in _FILTER_EVENTS:
         _add(status, event.value, predictor.counts[event])
     return status
 
 
-def _effort(predictor, statistics):
+def _effort(predictor, statistics, age):
     counts = predictor.counts
     status = DiagnosticStatus(name='effort', level=DiagnosticStatus.OK,
                               message='measured effort is valid')
-    _warn_of(status, _EFFORT_EVENTS, counts, statistics)
-    _add(status, 'valid', status.level == DiagnosticStatus.OK)
-    for event in _EFFORT_EVENTS:
+    _warn_of(status, NO_EFFORT, counts, statistics)
+    valid = str(status.level == DiagnosticStatus.OK)
+    if age > STALE_AFTER:
+        status.level, status.message, valid = DiagnosticStatus.STALE, 'nothing measured', 'unknown'
+    _add(status, 'valid', valid)
+    for event in NO_EFFORT:
         _add(status, event.value, counts[event])
     return status
 

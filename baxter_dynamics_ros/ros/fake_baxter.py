@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 from rcl_interfaces.msg import FloatingPointRange
+from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
@@ -11,6 +12,7 @@ from sensor_msgs.msg import JointState
 
 from . import topics
 from .messages import joint_state
+from .parameters import refuse_misspelt
 from .process import run
 from ..core.exceptions import ArgumentError
 from ..core.exceptions import BaxterDynamicsError
@@ -23,25 +25,29 @@ _MAX_FORCE = 200.0  # [N]
 
 
 class FakeBaxterNode(Node):
-    """Runs :class:`~baxter_dynamics_ros.simulation.robot.FakeBaxter` in real time."""
+    """Play a Baxter: publish joint states as the real robot does, in real time."""
 
     def __init__(self):
         super().__init__('fake_baxter')
         try:
             from ..simulation import robot
+            from ..simulation.trajectories import TRAJECTORIES
         except ImportError as error:
             raise BaxterDynamicsError(
                 f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
         self._fixed('arm', 'right', 'The arm that moves: right or left.', SIDES)
         self._fixed('trajectory', 'circle', "circle: the paper's 3(a). hold: stay where that "
-                    'begins.', ('circle', 'hold'))
+                    'begins.', tuple(TRAJECTORIES))
         self._fixed('spring', True, 'Whether the robot has springs at s1.')
         self._fixed('friction', True, 'Whether the joints have friction.')
         self._fixed('noise', True, 'Whether the sensors have noise and quanta.')
-        self._fixed('seed', 0, 'Of the noise.')
+        self.declare_parameter('seed', 0, ParameterDescriptor(
+            description='Of the noise.', read_only=True,
+            integer_range=[IntegerRange(from_value=0, to_value=2 ** 31 - 1, step=1)]))
         self._fixed('description', '', "Path of a Baxter's URDF; empty: that of hpp-baxter.")
         rate = self.declare_parameter('rate', 100.0, ParameterDescriptor(
-            description='Rate of the joint states [Hz].', read_only=True,
+            description='Rate of the joint states [Hz]; each is of the nearest millisecond.',
+            read_only=True,
             floating_point_range=[FloatingPointRange(from_value=1.0, to_value=1000.0)])).value
         self.declare_parameter('force', [0.0, 0.0, 0.0], ParameterDescriptor(
             description="Force on the moving hand, axes of the robot's base [N].",
@@ -52,6 +58,7 @@ class FakeBaxterNode(Node):
             value['arm'], value['trajectory'], value['description'] or None, value['spring'],
             value['friction'], value['noise'], value['seed'])
         self._baxter.force = _force(value['force'])
+        refuse_misspelt(self)
         self.add_on_set_parameters_callback(_verdict)
         self.add_post_set_parameters_callback(self._on_parameters_set)
 
@@ -77,7 +84,7 @@ class FakeBaxterNode(Node):
                                       "stopped; the robot's clock skips")
             self._start += int(behind * 1e9)
             now -= behind
-        while self._ticks * self._period <= now:
+        while (self._ticks + 1) * self._period <= now:  # a stamp lies in the past
             self._ticks += 1
             self._baxter.advance(self._ticks * self._period)
             jitter = self._random.normal(0.0, _STAMP_JITTER)
@@ -94,7 +101,7 @@ class FakeBaxterNode(Node):
         for parameter in changes:
             if parameter.name == 'force':
                 self._baxter.force = _force(parameter.value)
-                self.get_logger().info(f'force on the hand: {parameter.value} N')
+                self.get_logger().info(f'force on the hand: {list(parameter.value)} N')
 
     def _fixed(self, name, default, description, choices=()):
         """Declare a parameter that is fixed when the node starts."""

@@ -7,6 +7,7 @@ from sensor_msgs.msg import JointState
 
 _NOTHING = np.zeros(0)
 _NANOSECONDS = 1_000_000_000
+_LAST = 2 ** 31 * _NANOSECONDS - 1  # seconds are 32 bits, signed
 
 
 def from_field(field) -> np.ndarray:
@@ -25,8 +26,8 @@ def stamp_ns(header) -> int:
 
 
 def set_stamp(header, ns: int):
-    """Set a header's stamp to ns, at the earliest to zero."""
-    header.stamp.sec, header.stamp.nanosec = divmod(max(ns, 0), _NANOSECONDS)
+    """Set a header's stamp to ns, or to the nearest that a stamp can hold."""
+    header.stamp.sec, header.stamp.nanosec = divmod(min(max(ns, 0), _LAST), _NANOSECONDS)
 
 
 def joint_state(names, ns: int, position=_NOTHING, velocity=_NOTHING,

@@ -1,5 +1,6 @@
 """The predictor's settings as ROS parameters: declared from their table, validated when set."""
 
+from difflib import get_close_matches
 import math
 
 from rcl_interfaces.msg import FloatingPointRange
@@ -39,20 +40,25 @@ def declare(node) -> PredictorSettings:
     return PredictorSettings(values)
 
 
-def refuse_unknown(node):
+def refuse_misspelt(node):
     """
-    Refuse parameters given to the node that it does not have: mostly misspelt names.
+    Refuse parameters given to the node that are nearly the name of one of its own.
+
+    Others that it does not have may be another node's, in a file for both: these are logged.
 
     Raises
     ------
     ArgumentError
-        If there is one.
+        If there is a misspelt one.
 
     """
+    known = node.list_parameters([], 0).names
     for name in getattr(node, '_parameter_overrides', {}):  # rclpy has no public way to ask
-        if not node.has_parameter(name):
-            known = ', '.join(setting.name for setting in SETTINGS)
-            raise ArgumentError(name, f'no such parameter; there are {known}')
+        if name not in known:
+            meant = get_close_matches(name, known, 1, 0.75)
+            if meant:
+                raise ArgumentError(name, f'no such parameter; is {meant[0]} meant?')
+            node.get_logger().warning(f'parameter {name} is given, but there is none')
 
 
 def proposed(settings: PredictorSettings, parameters) -> PredictorSettings:

@@ -1,10 +1,12 @@
 """A node as a process: spin, shut down cleanly, and say in one line why it cannot start."""
 
+from argparse import ArgumentParser
 import sys
 
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
+from rclpy.utilities import remove_ros_args
 
 from ..core.exceptions import BaxterDynamicsError
 
@@ -27,19 +29,33 @@ def run(make_node, name: str, args=None) -> int:
     int
         Exit code: 0 after a signal, 1 where the node cannot start, with one line on stderr.
 
+    Raises
+    ------
+    SystemExit
+        For ``--help``, and for arguments that are not for ROS.
+
+
     """
+    parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=(
+        'Settings are ROS parameters: --ros-args -p name:=value, or --params-file FILE.'))
     try:
+        parser.parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
         rclpy.init(args=args)
-    except RuntimeError as error:  # a parameter file or argument that rcl cannot read
+        node = make_node()
+    except (BaxterDynamicsError, ParameterException, RuntimeError) as error:
+        # RuntimeError: a parameter file, argument or quality of service that rcl refuses.
         print(f'{name}: {error}', file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 0
     try:
-        rclpy.spin(make_node())
+        rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except (BaxterDynamicsError, ParameterException) as error:
-        print(f'{name}: {error}', file=sys.stderr)
-        return 1
+    except RuntimeError:
+        if rclpy.ok():
+            raise
+        # A signal ended the context while a callback was still using it.
     finally:
         rclpy.try_shutdown()
     return 0

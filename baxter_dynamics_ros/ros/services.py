@@ -10,8 +10,14 @@ from ..core.exceptions import ArgumentError
 from ..core.joints import N_JOINTS
 from ..core.validation import finite
 from ..signals.events import Event
+from ..signals.events import REMEDIES
+from ..signals.intake import PLAUSIBLE_POSITION
+from ..signals.intake import PLAUSIBLE_VELOCITY
 
 MAX_AGE = 1.0  # [s]; an older state is not the arm's state any more
+# Beyond these a request cannot mean a Baxter: are they in rad, rad/s, rad/s^2?
+_PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,
+              'acceleration': 1e4}
 
 
 class Answers:
@@ -22,14 +28,15 @@ class Answers:
     ----------
     predictor : Predictor
         Supplies the latest state, and the joints' names.
-    age : callable
-        Time since the arm's last joint state [s].
+    state_age, prediction_age : callable
+        Time since the arm's last joint state, and since the last prediction [s].
 
     """
 
-    def __init__(self, predictor, age):
+    def __init__(self, predictor, state_age, prediction_age):
         self._predictor = predictor
-        self._age = age
+        self._state_age = state_age
+        self._prediction_age = prediction_age
 
     def gravity_torques(self, settings, request, response):
         """Answer ``GravityTorques``."""
@@ -40,7 +47,8 @@ class Answers:
             return response
         gravity = settings.arm.gravity(q)
         holding = settings.effort_model.effort(gravity, q, np.zeros(N_JOINTS))
-        response.success, response.message = True, f'gravity torques at {whose}'
+        response.success = True
+        response.message = f'gravity torques at {whose}' + _remark(settings, q)
         response.gravity = joint_state(self._names, stamp, position=q, effort=gravity)
         response.actuator_effort = to_field(holding)
         return response
@@ -55,7 +63,8 @@ class Answers:
         mass, coriolis, gravity = settings.arm.terms(q, qd)
         inertial, velocity = mass @ qdd, coriolis @ qd
         tau = inertial + velocity + gravity
-        response.success, response.message = True, f'inverse dynamics at {whose}'
+        response.success = True
+        response.message = f'inverse dynamics at {whose}' + _remark(settings, q)
         response.torque = joint_state(self._names, stamp, q, qd, tau)
         response.inertial = to_field(inertial)
         response.coriolis = to_field(velocity)
@@ -78,7 +87,8 @@ class Answers:
         _refuse_nameless(state)
         latest = self._predictor.latest
         self._refuse_old(latest)
-        return latest.q, latest.stamp_ns, f'the latest measured state, {self._age():.3f} s old'
+        return latest.q, latest.stamp_ns, (
+            f'the latest measured state, {self._state_age():.3f} s old')
 
     def _motion(self, state, acceleration):
         """Return q, qd, qdd, their stamp [ns] and what they are, of a request."""
@@ -94,11 +104,14 @@ class Answers:
                                 'empty: give the state, too, or leave both empty')
         self._refuse_old(self._predictor.latest)
         now = self._predictor.prediction
-        if now is None:
-            raise ArgumentError('state', 'the acceleration filter is still settling: ask again '
-                                f'in {self._predictor.estimator.settling_time:.2f} s')
+        if now is None or self._prediction_age() > MAX_AGE:
+            raise ArgumentError('state', 'the acceleration filter has no estimate: it settles for '
+                                f'{self._predictor.estimator.settling_time:.2f} s after a start; '
+                                'if it never does, the diagnostics say why')
+        behind = (self._predictor.latest.stamp_ns - now.stamp_ns) * 1e-6
         return (now.q, now.qd, now.qdd, now.stamp_ns,
-                f'the estimate with the latest measured state, {self._age():.3f} s old')
+                f'the estimate for {behind:.0f} ms before the latest measured state, '
+                f'{self._state_age():.3f} s old')
 
     def _layout(self, state):
         layout = self._predictor.intake.layout(state.name)
@@ -116,15 +129,24 @@ class Answers:
         if len(values) != len(state.name):
             raise ArgumentError(field, f'expected {len(state.name)} values, as many as '
                                 f'state.name, got {len(values)}')
-        return finite(field, from_field(values)[layout], (N_JOINTS,))
+        result = finite(field, from_field(values)[layout], (N_JOINTS,))
+        if np.abs(result).max() > _PLAUSIBLE[field]:
+            raise ArgumentError(field, f'expected no value beyond {_PLAUSIBLE[field]:g} '
+                                f'(rad, s), got {result}')
+        return result
 
     def _refuse_old(self, latest):
-        age = self._age()
+        age = self._state_age()
         if latest is None or age > MAX_AGE:
             since = 'yet' if latest is None else f'for {age:.1f} s'
             raise ArgumentError('state', 'empty, which asks for the latest measured state, but '
-                                f'no joint state of {self._names[0]} ... {self._names[-1]} has '
-                                f"arrived {since}: give a state, or check the robot's topic")
+                                f'no valid joint state of {self._names[0]} ... {self._names[-1]} '
+                                f'has arrived {since}: give a state, or see the diagnostics')
+
+
+def _remark(settings, q) -> str:
+    held = settings.effort_model.spring_is_held(q)
+    return f'; {REMEDIES[Event.SPRING_HELD]}' if held else ''
 
 
 def _refuse_nameless(state):

@@ -13,8 +13,9 @@ INVERSE_DYNAMICS = '~/inverse_dynamics'
 RESET = '~/reset'
 
 # Sensor data: best effort, so that any publisher matches. Its queue is longer than the usual 5,
-# since a filter wants every sample: 5 are 5 ms at 1000 Hz, 100 bridge any pause of the process.
+# since a filter wants every sample: 5 are 5 ms at 1000 Hz, 1000 bridge a pause of a second.
 # Parameters qos_overrides.* change it.
-SUBSCRIPTION_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-# Reliable, volatile, depth 10: the bridge's own, and ours, so that any subscriber matches.
-PUBLISHER_QOS = QoSProfile(depth=10)
+SUBSCRIPTION_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Reliable and volatile like the bridge's own, so that any subscriber matches; deeper than its 10,
+# so that a subscriber that pauses for a second misses nothing at 100 Hz.
+PUBLISHER_QOS = QoSProfile(depth=100)

@@ -28,16 +28,17 @@ _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
 class TorquePredictor(Node):
-    """Translates between ROS and the stream handler, :class:`..signals.predictor.Predictor`."""
+    """Predict the effort of a Baxter arm from its joint states, and publish the residual."""
 
     def __init__(self):
         super().__init__('torque_predictor')
         self._settings = parameters.declare(self)
         self._predictor = self._settings.predictor()
-        self._last_arrival = -float('inf')  # of a joint state of the arm, monotonic [s]
+        self._last_taken = -float('inf')  # monotonic time of a valid joint state of the arm [s]
+        self._last_prediction = -float('inf')  # monotonic time [s]
         self._statistics = PeriodStatistics()
         self._last_report = time.monotonic()
-        self._reported = {}  # status name -> level, to log changes
+        self._reported = {}  # status name -> (level, message), to log changes
 
         names = self._predictor.intake.names
         self._predicted_message = joint_state(names, 0)
@@ -56,7 +57,7 @@ class TorquePredictor(Node):
         # Diagnostics go on when simulated time stands still.
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
-        parameters.refuse_unknown(self)
+        parameters.refuse_misspelt(self)
         self.add_on_set_parameters_callback(
             lambda changes: parameters.verdict(self._settings, changes))
         self.add_post_set_parameters_callback(self._on_parameters_set)
@@ -71,9 +72,10 @@ class TorquePredictor(Node):
             stamp_ns(message.header), message.name, from_field(message.position),
             from_field(message.velocity), from_field(message.effort))
         if predictor.counts['taken'] != taken:
-            self._last_arrival = time.monotonic()
+            self._last_taken = time.monotonic()
         if prediction is None:
             return
+        self._last_prediction = self._last_taken
         position, velocity = to_field(prediction.q), to_field(prediction.qd)
         self._publish(self._predicted, self._predicted_message, prediction.stamp_ns,
                       position, velocity, prediction.effort)
@@ -104,28 +106,27 @@ class TorquePredictor(Node):
 
     def _on_diagnostics(self):
         now = time.monotonic()
-        statuses = report(self.get_name(), self._subscription.topic_name, self._predictor,
-                          self._statistics, self._age(), now - self._last_report)
-        self._statistics.clear(self._predictor.counts)
+        period = now - self._last_report
+        statuses = report(
+            self.get_fully_qualified_name().lstrip('/'), self._subscription.topic_name,
+            self._predictor, self._statistics, now - self._last_taken, period)
+        self._statistics.clear(self._predictor.counts, period)
         self._last_report = now
         message = DiagnosticArray(status=statuses)
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
         for status in statuses:
-            if self._reported.get(status.name) != status.level:
+            said = status.level, status.message
+            if self._reported.get(status.name) != said:
                 self._log(status)
-            self._reported[status.name] = status.level
+            self._reported[status.name] = said
 
     def _log(self, status: DiagnosticStatus):
-        """Say a status that has changed its level in the log, too."""
+        """Say a status that has changed in the log, too."""
         if status.level != DiagnosticStatus.OK:
             self.get_logger().warning(f'{status.name}: {status.message}')
-        elif status.name in self._reported:
+        elif self._reported.get(status.name, (DiagnosticStatus.OK,))[0] != DiagnosticStatus.OK:
             self.get_logger().info(f'{status.name}: {status.message}')
-
-    def _age(self) -> float:
-        """Return the time since the arm's last joint state [s]."""
-        return time.monotonic() - self._last_arrival
 
     def _offer_services(self):
         try:
@@ -136,7 +137,8 @@ class TorquePredictor(Node):
                 'package baxter_dynamics_interfaces, which is not installed. It lies beside this '
                 'one: build it with colcon, or `pip install ./baxter_dynamics_interfaces`')
             return
-        answers = Answers(self._predictor, self._age)
+        answers = Answers(self._predictor, lambda: time.monotonic() - self._last_taken,
+                          lambda: time.monotonic() - self._last_prediction)
         self.create_service(
             GravityTorques, topics.GRAVITY_TORQUES,
             lambda request, response: answers.gravity_torques(self._settings, request, response))

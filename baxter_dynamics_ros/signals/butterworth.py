@@ -21,23 +21,24 @@ class ButterworthDerivative:
     cutoff : float
         Cut-off frequency w / (2 pi) [Hz].
 
+    Attributes
+    ----------
+    value, derivative : ndarray
+        x, in u's unit, and x', in u's unit per second.
+    delay : float
+        Group delay of x and of x' at low frequency [s]: 2 zeta / w.
+    settling_time : float
+        Time in which the envelope of what the filter began with decays to 1 % [s].
+
     """
 
     def __init__(self, cutoff: float):
         self._w = 2 * pi * cutoff
         self._u = None
-        self.value = None  # x, in u's unit
-        self.derivative = None  # x', in u's unit per second
-
-    @property
-    def delay(self) -> float:
-        """Group delay of x and of x' at low frequency [s]: 2 zeta / w."""
-        return 2 * DAMPING / self._w
-
-    @property
-    def settling_time(self) -> float:
-        """Time in which the envelope of what the filter began with decays to 1 % [s]."""
-        return log(100.0) / (DAMPING * self._w)
+        self.value = None
+        self.derivative = None
+        self.delay = 2 * DAMPING / self._w
+        self.settling_time = log(100.0) / (DAMPING * self._w)
 
     def reset(self, u: np.ndarray):
         """Start at rest at u, any shape."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .events import DROPPED
 from .events import Event
 from ..core.joints import VELOCITY_LIMIT
 
@@ -9,7 +10,10 @@ GAP = 0.25  # longer between two stamps [s]: the filter starts anew
 CLOCK_JUMP = 0.5  # stamps that run back this far [s] belong to another clock
 MAX_OUT_OF_ORDER = 5  # late messages in a row, after which the stream is believed instead
 JUMP_MARGIN = 0.02  # [rad] allowed on top of 1.5 times the greatest joint speed
-UNKNOWN_PERIOD = 0.03  # [s] that two messages with one stamp may be apart in truth
+# Stamps closer than the robot's greatest rate of 800 Hz allows are times of arrival: what they
+# stamp may be this far apart in truth [s].
+SHORTEST_PERIOD = 0.001
+UNKNOWN_PERIOD = 0.03
 
 
 class Continuity:
@@ -45,7 +49,7 @@ class Continuity:
 
         """
         event = self._verdict(stamp_ns, q, qd, effort)
-        if event not in (Event.OUT_OF_ORDER, Event.DUPLICATE):
+        if event not in DROPPED:
             self._last = (stamp_ns, q, qd, effort)
             self._out_of_order = 0
         return event
@@ -67,7 +71,7 @@ class Continuity:
         if (qd is None) != (last_qd is None):
             return Event.RESET_VELOCITY_SOURCE
         moved = np.abs(q - last_q) - JUMP_MARGIN
-        period = dt or UNKNOWN_PERIOD
+        period = dt if dt >= SHORTEST_PERIOD else UNKNOWN_PERIOD
         if np.count_nonzero(moved > (1.5 * period) * VELOCITY_LIMIT):
             return Event.RESET_POSITION_JUMP
         return Event.REPEATED_STAMP if dt == 0.0 else None

@@ -10,7 +10,6 @@ class Event(Enum):
     The value is the key under which it is counted in the diagnostics.
     """
 
-    # Messages that are dropped:
     NOT_THIS_ARM = 'not_this_arm'
     INCOMPLETE_ARM = 'incomplete_arm'
     DUPLICATE_JOINT = 'duplicate_joint'
@@ -19,22 +18,26 @@ class Event(Enum):
     IMPLAUSIBLE = 'implausible'
     OUT_OF_ORDER = 'out_of_order'
     DUPLICATE = 'duplicate'
-    # Messages that are taken in, but give no prediction of their own:
     REPEATED_STAMP = 'repeated_stamp'
-    # The filter starts anew with the message:
     RESET_GAP = 'reset_gap'
     RESET_CLOCK_JUMP = 'reset_clock_jump'
     RESET_POSITION_JUMP = 'reset_position_jump'
     RESET_VELOCITY_SOURCE = 'reset_velocity_source'
     RESET_REQUESTED = 'reset_requested'
-    # The prediction is made, without a residual:
     EFFORT_MISSING = 'effort_missing'
     EFFORT_ALL_ZERO = 'effort_all_zero'
-    # The velocity is taken from the positions:
     VELOCITY_MISSING = 'velocity_missing'
-    # The spring is held at the border of its range:
     SPRING_HELD = 'spring_held'
 
+
+# The message is dropped.
+DROPPED = (Event.NOT_THIS_ARM, Event.INCOMPLETE_ARM, Event.DUPLICATE_JOINT, Event.LENGTH_MISMATCH,
+           Event.NON_FINITE, Event.IMPLAUSIBLE, Event.OUT_OF_ORDER, Event.DUPLICATE)
+# The filter starts anew.
+RESETS = (Event.RESET_GAP, Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP,
+          Event.RESET_VELOCITY_SOURCE, Event.RESET_REQUESTED)
+# There is no residual.
+NO_EFFORT = (Event.EFFORT_MISSING, Event.EFFORT_ALL_ZERO)
 
 # What a user should know of each, in one line. Those without a line are normal.
 REMEDIES = {
@@ -52,13 +55,23 @@ REMEDIES = {
     Event.REPEATED_STAMP:
         'several messages bear one stamp: they are arrival times or not filled in; have the '
         "bridge keep the robot's stamps",
-    Event.RESET_GAP: 'more than 0.25 s between stamps: check the network and the rate',
-    Event.RESET_CLOCK_JUMP: "the stamps' clock was set back",
-    Event.RESET_POSITION_JUMP: 'positions jump faster than the arm can move',
+    Event.RESET_GAP:
+        'more than 0.25 s between stamps: check the network and the rate, and whether this '
+        'process was stopped',
+    Event.RESET_CLOCK_JUMP:
+        "the stamps' clock was set back: did a bag loop or a simulation start over, or are there "
+        'two publishers on the topic?',
+    Event.RESET_POSITION_JUMP:
+        'positions jump faster than the arm can move: is there a second publisher on the topic, '
+        'or was a simulated arm put elsewhere?',
+    Event.RESET_VELOCITY_SOURCE:
+        'velocity comes and goes: is there a second publisher on the topic?',
     Event.EFFORT_MISSING: 'no measured effort: predictions only, no residual',
     Event.EFFORT_ALL_ZERO:
         'measured effort is exactly zero on all joints, as some simulators publish: effort '
         'invalid, no residual',
     Event.VELOCITY_MISSING: 'no measured velocity: using the slope of the positions',
-    Event.SPRING_HELD: 's1 is outside the range for which the spring is known: its border is held',
+    Event.SPRING_HELD:
+        's1 is outside the range for which the spring is known: its value at the border is held, '
+        'expect a residual at s1',
 }

@@ -29,6 +29,7 @@ class Intake:
     """
 
     def __init__(self, side: str):
+        self.side = side
         self.names = joint_names(side)
         self._layouts = {}  # tuple of names -> indices of the arm's joints, or an Event
 

@@ -37,25 +37,27 @@ class MotionEstimator:
     align : bool
         Whether to align in time.
 
+    Attributes
+    ----------
+    cutoff : float
+        Cut-off frequency of the derivative [Hz].
+    delay : float
+        How far before the newest sample the estimate is, measured velocities given [s].
+    settling_time : float
+        How long after a reset estimates are withheld [s].
+
     """
 
     def __init__(self, cutoff: float, velocity_lag: float, align: bool):
+        self.cutoff = cutoff
         self._filter = ButterworthDerivative(cutoff)
         self._slope = PositionSlope()
         self._history = DelayLine()
         self._velocity_lag = velocity_lag
         self._align = align
         self._t = None  # of the newest sample, since the last reset [s]
-
-    @property
-    def delay(self) -> float:
-        """How far before the newest sample the estimate is, measured velocities given [s]."""
-        return self._velocity_lag + self._filter.delay if self._align else 0.0
-
-    @property
-    def settling_time(self) -> float:
-        """How long after a reset estimates are withheld [s]."""
-        return max(self._filter.settling_time, self.delay)
+        self.delay = velocity_lag + self._filter.delay if align else 0.0
+        self.settling_time = max(self._filter.settling_time, self.delay)
 
     def reset(self):
         """Forget the stream."""

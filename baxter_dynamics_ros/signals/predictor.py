@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .continuity import Continuity
+from .events import DROPPED
 from .events import Event
+from .events import RESETS
 from .intake import Intake
 from .motion import MotionEstimator
 from ..core.effort import EffortModel
-
-_RESETS = frozenset(event for event in Event if event.value.startswith('reset_'))
 
 
 class Prediction(NamedTuple):
@@ -86,7 +86,6 @@ class Predictor:
         self.counts[Event.RESET_REQUESTED] += 1
         self._continuity.forget()
         self._restart()
-        self.latest = None
 
     def handle(self, stamp_ns: int, names, position, velocity, effort) -> 'Prediction | None':
         """
@@ -117,9 +116,9 @@ class Predictor:
         verdict = self._continuity.judge(stamp_ns, q, qd, measured)
         if verdict is not None:
             self.counts[verdict] += 1
-            if verdict in (Event.OUT_OF_ORDER, Event.DUPLICATE):
+            if verdict in DROPPED:
                 return None
-            if verdict in _RESETS:
+            if verdict in RESETS:
                 self._restart()
         self.counts['taken'] += 1
         dt = 0.0 if self.latest is None else (stamp_ns - self.latest.stamp_ns) * 1e-9

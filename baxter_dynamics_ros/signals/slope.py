@@ -6,18 +6,25 @@ import numpy as np
 
 WINDOW = 0.030  # [s]
 _TOLERANCE = 0.1  # of the window, so that jitter does not decide how many samples are in it
+SHORTEST = 0.001  # [s]; stamps closer than this are times of arrival, and a slope means nothing
 
 
 class PositionSlope:
-    """Least-squares slope of the positions of the last 30 ms, two samples at the least."""
+    """
+    Least-squares slope of the positions of the last 30 ms.
+
+    The window is longer where it would span less than 1 ms, at low rates and with bunched stamps.
+    """
 
     def __init__(self):
         self._samples = deque()
+        self._slope = None  # [rad/s]
         self.lag = 0.0  # how far behind the last position the slope is [s]
 
     def reset(self):
         """Forget all samples."""
         self._samples.clear()
+        self._slope = None
         self.lag = 0.0
 
     def update(self, t: float, q: np.ndarray) -> np.ndarray:
@@ -26,12 +33,14 @@ class PositionSlope:
         if samples and samples[-1][0] == t:
             samples.pop()
         samples.append((t, q))
-        while len(samples) > 2 and samples[0][0] < t - WINDOW * (1 + _TOLERANCE):
+        while (samples[0][0] < t - WINDOW * (1 + _TOLERANCE)
+               and samples[1][0] <= t - SHORTEST):
             samples.popleft()
-        if len(samples) < 2:
-            return np.zeros(np.shape(q))
+        if samples[0][0] > t - SHORTEST:
+            return np.zeros(np.shape(q)) if self._slope is None else self._slope
         times = np.array([sample[0] for sample in samples])
         mean = times.mean()
         weights = times - mean
         self.lag = t - mean
-        return weights @ np.array([sample[1] for sample in samples]) / (weights @ weights)
+        self._slope = weights @ np.array([sample[1] for sample in samples]) / (weights @ weights)
+        return self._slope

@@ -62,7 +62,7 @@ class FakeBaxter:
 
     @property
     def time(self) -> float:
-        """Return the robot's time since its start [s]."""
+        """Time since the robot's start [s]."""
         return self._steps * TIMESTEP
 
     @property

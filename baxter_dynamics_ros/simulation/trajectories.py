@@ -67,10 +67,8 @@ class Reference:
 
     def advance(self, dt: float):
         """Integrate eq. (15) over dt [s]."""
-        speed = _phase(self._t + dt) - _phase(self._t)
         now, then = _phase(self._t), _phase(self._t + dt)
-        velocity = (self._mirror * (self._position(then) - self._position(now)) / dt
-                    if speed > 0.0 else np.zeros(3))
+        velocity = self._mirror * (self._position(then) - self._position(now)) / dt
         step, null_space = self._inverse(velocity, _CORRECTION)
         self.qd = step + null_space @ (_POSTURE * (self._posture - self.q))
         self.q = np.clip(self.q + dt * self.qd, POSITION_LOWER, POSITION_UPPER)

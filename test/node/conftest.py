@@ -35,8 +35,7 @@ class Robot(Node):
     def __init__(self):
         super().__init__('robot')
         self.predicted, self.residual, self.diagnostics, self.joint_states = [], [], [], []
-        self.publisher = self.create_publisher(
-            JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
+        self.publisher = self.create_publisher(JointState, topics.JOINT_STATES, 1000)
         for topic, kind, kept in (
                 ('/torque_predictor/predicted_effort', JointState, self.predicted),
                 ('/torque_predictor/effort_residual', JointState, self.residual),

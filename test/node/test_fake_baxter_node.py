@@ -24,6 +24,7 @@ def test_publishes_as_the_robot_does(robot, start, stamps):
     assert len(grippers) == pytest.approx(3 * 38, abs=10)
     assert {len(m.name) for m in arms} == {17}
     assert all('gripper' in name for m in grippers for name in m.name)
+    assert max(stamps(arms)) <= robot.get_clock().now().nanoseconds
     periods = np.diff(stamps(arms)) * 1e-9
     assert periods.mean() == pytest.approx(0.01, abs=1e-4)
     assert periods.std() < 2e-4  # the robot's own stamps, not times of arrival
@@ -60,6 +61,8 @@ def test_force_is_a_parameter_and_is_seen_by_the_predictor(robot, start):
     ('force:=[1.0]', 'force: expected shape (3,)'),
     ('description:=/nowhere.urdf', '/nowhere.urdf: cannot be read'),
     ('rate:=0.0', 'rate'),
+    ('seed:=-1', 'seed'),
+    ('forse:=[1.0, 0.0, 0.0]', 'is force meant?'),
 ])
 def test_a_bad_value_is_one_clear_line_and_exit_code_1(refuses, argument, problem):
     refuses('fake_baxter', argument, problem)

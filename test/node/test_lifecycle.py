@@ -23,6 +23,18 @@ def test_ends_cleanly_on_a_signal(robot, start, executable, by):
     assert 'Traceback' not in process.output
 
 
+@pytest.mark.parametrize('attempt', range(3))
+def test_ends_cleanly_in_the_middle_of_a_fast_stream(robot, start_predictor, sine, attempt):
+    process = start_predictor()
+    q, qd, _ = sine(np.arange(0.0, 1.0, 0.001))
+    for k in range(1000):
+        robot.send_arm(10 ** 18 + k * 1_000_000, q[k], qd[k], [1.0] * 7)
+        if k == 800:
+            os.kill(process.pid, signal.SIGTERM)
+    assert process.wait(10.0) == 0, process.output
+    assert 'Traceback' not in process.output
+
+
 def test_without_the_service_types_topics_work_and_the_log_says_how(robot, start, tmp_path, sine):
     hidden = tmp_path / 'baxter_dynamics_interfaces'
     hidden.mkdir()

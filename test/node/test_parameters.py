@@ -5,6 +5,7 @@ from pathlib import Path
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import mount
 from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.core.effort import EffortModel
 from baxter_dynamics_ros.signals.settings import SETTINGS
 import numpy as np
@@ -48,10 +49,20 @@ def still(robot, n, start):
     ('payload.inertia:=[0.1, 0.1, 0.1, 0.0, 0.0, 0.0]', 'payload.mass is zero'),
     ('effort_model.bias:=[1.0]', 'effort_model.bias: expected shape (7,)'),
     ('effort_model.coulomb:=[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]', 'effort_model.coulomb[0]'),
-    ('payload.mas:=1.0', 'payload.mas: no such parameter'),
+    ('payload.mas:=1.0', 'payload.mas: no such parameter; is payload.mass meant?'),
+    ('qos_overrides./robot/joint_states.subscription.reliability:=foo', 'foo'),
 ])
 def test_a_bad_value_at_the_start_is_one_clear_line_and_exit_code_1(refuses, argument, problem):
     refuses('torque_predictor', argument, problem)
+
+
+def test_another_nodes_parameter_is_logged_and_a_plain_argument_refused(robot, start):
+    process = start('torque_predictor', '-p', 'camera_frame:=wrist')
+    robot.wait_for_node()
+    assert 'camera_frame is given, but there is none' in process.output
+    with NodeProcess('torque_predictor', ['--arm', 'left']) as process:
+        assert process.wait(20.0) == 2
+        assert 'unrecognized arguments: --arm left' in process.output
 
 
 @pytest.mark.parametrize('name, value, reason', [

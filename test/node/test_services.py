@@ -61,6 +61,22 @@ def test_answers_by_name_in_any_order(node):
     np.testing.assert_allclose(np.reshape(answer.coriolis_matrix, (7, 7)), coriolis, atol=1e-12)
 
 
+def test_a_spring_that_is_held_is_said(node):
+    q = Q.copy()
+    q[1] = -2.1
+    answer = node.call(srv.GravityTorques, 'gravity_torques', srv.GravityTorques.Request(
+        state=joint_state(NAMES, 0, q)))
+    assert answer.success
+    assert 'spring' in answer.message
+
+
+def test_a_stamp_at_the_end_of_time_does_no_harm(node):
+    request = srv.GravityTorques.Request(state=joint_state(NAMES, 0, Q))
+    request.state.header.stamp.sec = 2 ** 31 - 1
+    request.state.header.stamp.nanosec = 2 ** 32 - 1
+    assert node.call(srv.GravityTorques, 'gravity_torques', request).success
+
+
 def test_empty_velocity_and_acceleration_of_a_given_state_are_zero(node):
     answer = node.call(srv.InverseDynamics, 'inverse_dynamics',
                        srv.InverseDynamics.Request(state=joint_state(NAMES, 0, Q)))
@@ -110,6 +126,9 @@ def test_a_state_that_is_too_old_is_refused(node, sine):
     ((NAMES, [*Q[:6], np.nan]), (), 'state.position: expected finite'),
     ((NAMES, Q), QDD[:2], 'acceleration: expected 7 values'),
     ((NAMES, Q), [*QDD[:6], np.inf], 'acceleration: expected finite'),
+    ((NAMES, np.degrees(Q)), (), 'state.position: expected no value beyond'),
+    ((NAMES, Q, 1e200 * QD), (), 'state.velocity: expected no value beyond'),
+    ((NAMES, Q), 1e307 * QDD, 'acceleration: expected no value beyond'),
     (((), Q), (), 'state.name: empty'),
     ((), QDD, 'acceleration: its order'),
 ], ids=lambda value: value.replace(' ', '_') if isinstance(value, str) else None)

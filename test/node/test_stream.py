@@ -92,10 +92,10 @@ def test_without_valid_effort_there_is_a_prediction_and_no_residual(robot, predi
     _, rows = synthetic(sine, seconds=1.5)
     robot.stream([(q, qd, None) for q, qd, _ in rows])
     robot.until(lambda: len(robot.predicted) > 100)
-    robot.stream([(q, qd, None) for q, qd, _ in rows[:1]], start=2 * 10 ** 18)
+    robot.stream([(q, qd, None) for q, qd, _ in rows[:1]], start=10 ** 18 + 10 ** 10)
     for k, (q, qd, _) in enumerate(rows):
         names = joint_names('right')
-        robot.send(3 * 10 ** 18 + k * 10_000_000, names, q, qd, np.zeros(7))
+        robot.send(10 ** 18 + 2 * 10 ** 10 + k * 10_000_000, names, q, qd, np.zeros(7))
         robot.spin(0.01)
     robot.until(lambda: len(robot.predicted) > 220)
     assert robot.residual == []
@@ -152,3 +152,47 @@ def test_diagnostics_of_a_healthy_stream(robot, predictor, sine):
     assert values['torque_predictor: filter']['state'] == 'running'
     assert values['torque_predictor: effort']['valid'] == 'True'
     assert float(values['torque_predictor: residual']['s1 RMS [N m]']) < 0.15
+
+
+@pytest.mark.parametrize('spoil, reason', [
+    (lambda row: (np.degrees(row[0]), row[1], row[2]), 'are they in rad'),
+    (lambda row: (row[0] * np.nan, row[1], row[2]), 'NaN or infinity'),
+], ids=['degrees', 'NaN'])
+def test_diagnostics_name_what_is_wrong_with_all_messages(robot, predictor, sine, spoil, reason):
+    _, rows = synthetic(sine, seconds=3.0)
+    robot.stream([spoil(row) for row in rows])
+    status = {s.name: s for s in robot.diagnostics[-1].status}
+    assert status['torque_predictor: input'].level == b'\x02'  # ERROR
+    assert reason in status['torque_predictor: input'].message
+    assert status['torque_predictor: effort'].level == b'\x03'  # STALE
+    assert 'valid' not in status['torque_predictor: effort'].message
+    assert reason in predictor.output
+
+
+def test_diagnostics_ask_for_the_other_arm(robot, predictor, sine):
+    _, rows = synthetic(sine, seconds=2.5)
+    for k, (q, qd, effort) in enumerate(rows):
+        robot.send(10 ** 18 + k * 10_000_000, joint_names('left'), q, qd, effort)
+        robot.spin(0.01)
+    message = {s.name: s for s in robot.diagnostics[-1].status}['torque_predictor: input'].message
+    assert 'parameter arm' in message
+
+
+def test_stamps_that_stand_still_are_reported(robot, predictor, sine):
+    _, rows = synthetic(sine, seconds=3.5)
+    for row in rows:
+        robot.send_arm(10 ** 18, *row)
+        robot.spin(0.01)
+    assert robot.predicted == []
+    status = {s.name: s for s in robot.diagnostics[-1].status}
+    assert 'several messages bear one stamp' in status['torque_predictor: input'].message
+    assert status['torque_predictor: filter'].level == b'\x01'  # WARN
+    assert 'never settles' in status['torque_predictor: filter'].message
+
+
+def test_a_rate_too_low_for_the_cut_off_is_reported(robot, start_predictor, sine):
+    start_predictor('-p', 'acceleration.cutoff:=40.0')
+    _, rows = synthetic(sine, seconds=4.0)
+    robot.stream(rows)
+    status = {s.name: s for s in robot.diagnostics[-1].status}
+    assert 'acceleration.cutoff' in status['torque_predictor: filter'].message
