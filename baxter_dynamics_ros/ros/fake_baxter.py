@@ -78,7 +78,7 @@ class FakeBaxterNode(Node):
 
     def _on_timer(self):
         now = (self.get_clock().now().nanoseconds - self._start) * 1e-9
-        behind = now - self._ticks * self._period
+        behind = now - (self._ticks + 1) * self._period
         if behind > _MAX_BEHIND:  # the robot's time stands still meanwhile
             self.get_logger().warning(f'{behind:.2f} s behind: this machine is too slow or was '
                                       "stopped; the robot's clock skips")

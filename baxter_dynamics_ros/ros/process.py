@@ -34,7 +34,6 @@ def run(make_node, name: str, args=None) -> int:
     SystemExit
         For ``--help``, and for arguments that are not for ROS.
 
-
     """
     parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=(
         'Settings are ROS parameters: --ros-args -p name:=value, or --params-file FILE.'))

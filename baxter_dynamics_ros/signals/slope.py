@@ -4,16 +4,18 @@ from collections import deque
 
 import numpy as np
 
+from .continuity import SHORTEST_PERIOD
+
 WINDOW = 0.030  # [s]
 _TOLERANCE = 0.1  # of the window, so that jitter does not decide how many samples are in it
-SHORTEST = 0.001  # [s]; stamps closer than this are times of arrival, and a slope means nothing
 
 
 class PositionSlope:
     """
     Least-squares slope of the positions of the last 30 ms.
 
-    The window is longer where it would span less than 1 ms, at low rates and with bunched stamps.
+    The window is longer at low rates, and where stamps of arrival come in bunches: over less than
+    SHORTEST_PERIOD a slope means nothing.
     """
 
     def __init__(self):
@@ -34,9 +36,9 @@ class PositionSlope:
             samples.pop()
         samples.append((t, q))
         while (samples[0][0] < t - WINDOW * (1 + _TOLERANCE)
-               and samples[1][0] <= t - SHORTEST):
+               and samples[1][0] <= t - SHORTEST_PERIOD):
             samples.popleft()
-        if samples[0][0] > t - SHORTEST:
+        if samples[0][0] > t - SHORTEST_PERIOD:
             return np.zeros(np.shape(q)) if self._slope is None else self._slope
         times = np.array([sample[0] for sample in samples])
         mean = times.mean()

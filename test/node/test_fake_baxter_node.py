@@ -30,6 +30,14 @@ def test_publishes_as_the_robot_does(robot, start, stamps):
     assert periods.std() < 2e-4  # the robot's own stamps, not times of arrival
 
 
+def test_a_low_rate_is_not_taken_for_a_slow_machine(robot, start):
+    messages = []
+    robot.create_subscription(JointState, '/robot/joint_states', messages.append, 1000)
+    process = start('fake_baxter', '-p', 'rate:=1.0')
+    robot.until(lambda: sum('right_s0' in m.name for m in messages) >= 2)
+    assert 'behind' not in process.output
+
+
 def test_force_is_a_parameter_and_is_seen_by_the_predictor(robot, start):
     start('fake_baxter', '-p', 'trajectory:=hold')
     start('torque_predictor')
