@@ -3,8 +3,10 @@
 from pathlib import Path
 import re
 
+from baxter_dynamics_ros.core import paper_tables
 from baxter_dynamics_ros.signals.events import Event
 from baxter_dynamics_ros.signals.settings import SETTINGS
+import numpy as np
 import pytest
 
 REPOSITORY = Path(__file__).parents[1]
@@ -28,7 +30,11 @@ def test_each_parameter_is_documented_as_it_is(setting):
     assert text
     assert unit.replace('²', '^2') == setting.unit
     value = default.strip('`').replace('−', '-')
-    if isinstance(setting.default, tuple):
+    if value.startswith('Table '):
+        table = np.array(getattr(paper_tables, value.upper().replace(' ', '_')))
+        column = table[:, -1] if setting.name == 'links.mass' else table.ravel()
+        assert setting.default == tuple(column)
+    elif isinstance(setting.default, tuple):
         zeros = re.fullmatch(r'0 \((\d)\)', value)
         numbers = [0.0] * int(zeros[1]) if zeros else [float(x) for x in value.split()]
         assert tuple(numbers) == setting.default

@@ -15,14 +15,26 @@ LOWER, UPPER = -1.9, 1.0  # the s1 angles that the spring's coefficients come fr
 def full_model():
     """Return a model in which no term is zero."""
     return EffortModel(coulomb=np.linspace(0.1, 0.7, 7), viscous=np.linspace(0.01, 0.07, 7),
-                       bias=np.linspace(-0.3, 0.3, 7) + 0.01)
+                       dahl=np.linspace(0.9, 0.3, 7), bias=np.linspace(-0.3, 0.3, 7) + 0.01,
+                       stiffness=np.linspace(-0.5, 0.4, 7),
+                       added_inertia=np.linspace(0.3, -0.2, 7))
 
 
 def test_effort_is_tau_and_every_term_added(full_model, random_states):
-    q, qd, tau = random_states(100)
+    q, qd, qdd = random_states(100)
+    tau, z = np.tanh(random_states(100)[:2])
     expected = (tau + full_model.spring(q) + full_model.bias + full_model.viscous * qd
-                + full_model.coulomb * np.tanh(qd / 0.05))
-    np.testing.assert_allclose(full_model.effort(tau, q, qd), expected, rtol=0.0, atol=1e-12)
+                + full_model.coulomb * np.tanh(qd / 0.05) + full_model.dahl * z
+                + full_model.stiffness * q + full_model.added_inertia * qdd)
+    np.testing.assert_allclose(full_model.effort(tau, q, qd, qdd, z), expected,
+                               rtol=0.0, atol=1e-12)
+
+
+def test_a_state_without_a_past_slides(full_model, random_states):
+    q, qd, qdd = random_states(100)
+    sliding = np.tanh(qd / 0.05)
+    np.testing.assert_array_equal(full_model.effort(qdd, q, qd, qdd),
+                                  full_model.effort(qdd, q, qd, qdd, sliding))
 
 
 def test_spring_is_the_published_function():
@@ -106,7 +118,7 @@ def test_viscous_friction_is_proportional():
 
 def test_rigid_is_tau(random_states):
     q, qd, tau = random_states(100)
-    np.testing.assert_array_equal(EffortModel.rigid().effort(tau, q, qd), tau)
+    np.testing.assert_array_equal(EffortModel.rigid().effort(tau, q, qd, qd), tau)
 
 
 def test_spring_that_is_absent_is_never_held():
@@ -117,23 +129,25 @@ def test_spring_that_is_absent_is_never_held():
 
 def test_arguments_stay_as_they_are(full_model, random_states):
     q, qd, tau = random_states(10)
+    qdd = tau
     before = q.copy(), qd.copy(), tau.copy()
-    full_model.effort(tau, q, qd)
-    EffortModel.rigid().effort(tau, q, qd)
+    full_model.effort(tau, q, qd, qdd)
+    EffortModel.rigid().effort(tau, q, qd, qdd)
     np.testing.assert_array_equal((q, qd, tau), before)
 
 
 def test_default_has_neither_friction_nor_bias(random_states):
     q, qd, tau = random_states(100)
-    np.testing.assert_array_equal(EffortModel().effort(tau, q, qd)[:, OTHERS], tau[:, OTHERS])
+    effort = EffortModel().effort(tau, q, qd, tau)
+    np.testing.assert_array_equal(effort[:, OTHERS], tau[:, OTHERS])
     np.testing.assert_array_equal(EffortModel().friction(qd), 0.0)
 
 
 def test_one_state_and_leading_axes(full_model, random_states):
     q, qd, tau = random_states(6)
-    many = full_model.effort(*(x.reshape(2, 3, 7) for x in (tau, q, qd)))
+    many = full_model.effort(*(x.reshape(2, 3, 7) for x in (tau, q, qd, tau)))
     assert many.shape == (2, 3, 7)
-    np.testing.assert_allclose(many[1, 2], full_model.effort(tau[5], q[5], qd[5]),
+    np.testing.assert_allclose(many[1, 2], full_model.effort(tau[5], q[5], qd[5], tau[5]),
                                rtol=0.0, atol=1e-13)
 
 
@@ -172,8 +186,8 @@ def test_spring_explains_the_measured_effort_at_s1(recordings, name):
     q, effort = data['position'][slow], data['effort'][slow]
     assert len(q) > 100
     tau, rest = BaxterArm().gravity(q), np.zeros_like(q)
-    with_spring = _rms(effort - EffortModel().effort(tau, q, rest))
-    without = _rms(effort - EffortModel.rigid().effort(tau, q, rest))
+    with_spring = _rms(effort - EffortModel().effort(tau, q, rest, rest))
+    without = _rms(effort - EffortModel.rigid().effort(tau, q, rest, rest))
     assert with_spring[S1] < 2.0
     assert with_spring[S1] < without[S1] / 10
     assert without[S1] > _rms(effort)[S1]

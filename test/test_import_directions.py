@@ -1,4 +1,4 @@
-"""Imports point one way: core <- signals <- (ros | simulation) <- cli, and the core is NumPy's."""
+"""Imports point one way: core <- signals <- (ros | offline | simulation) <- cli; core is NumPy."""
 
 import ast
 import os
@@ -19,8 +19,12 @@ MAY_IMPORT = {
     'signals': {'core', 'signals'},
     'newton_euler': {'core'},
     'simulation': {'core', 'simulation'},
+    'offline': {'core', 'signals', 'newton_euler', 'offline'},
+    'calibration': {'core', 'signals', 'offline', 'calibration'},
+    'report': {'core', 'offline', 'calibration', 'report'},
     'ros': {'core', 'signals', 'simulation', 'newton_euler', 'ros'},
-    'cli': {'core', 'signals', 'simulation', 'newton_euler', 'ros', 'cli'},
+    'cli': {'core', 'signals', 'simulation', 'newton_euler', 'offline', 'calibration', 'report',
+            'ros', 'cli'},
 }
 # ... and inside a function only, so that the import waits until someone asks for it.
 MAY_IMPORT_LATE = {'signals': {'newton_euler'}}
@@ -32,7 +36,11 @@ CONFINED = {
     'pinocchio': {'newton_euler'},
     'mujoco': {'simulation'},
     'rclpy': {'ros', 'cli'},
-    'matplotlib': {'cli'},
+    'rosbags': {'offline'},
+    'scipy': {'calibration'},
+    'yaml': {'offline'},
+    'matplotlib': {'report', 'cli'},
+    'jinja2': {'report'},
     'rich': {'cli'},
 }
 

@@ -32,7 +32,8 @@ def measured(settings: PredictorSettings, n: int = 300, extra: float = 0.0) -> l
     """Return stamp, position, velocity and effort of n messages of a perfect robot at 100 Hz."""
     t = np.arange(n) * 0.01
     q, qd, qdd = trajectory(t)
-    effort = settings.effort_model.effort(settings.arm.inverse_dynamics(q, qd, qdd), q, qd) + extra
+    effort = settings.effort_model.effort(
+        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd) + extra
     stamps = [START + 10 * MS * i for i in range(n)]
     return list(zip(stamps, q, trajectory(t - 0.014)[1], effort))
 
@@ -101,7 +102,7 @@ def test_fields_of_a_prediction_fit_together():
     messages = measured(settings)
     prediction = play(settings.predictor(), messages)[-1]
     np.testing.assert_allclose(prediction.effort, settings.effort_model.effort(
-        prediction.tau, prediction.q, prediction.qd), rtol=1e-12)
+        prediction.tau, prediction.q, prediction.qd, prediction.qdd), rtol=1e-12)
     t = np.array([(stamp - START) * 1e-9 for stamp, *_ in messages])
     then = (prediction.stamp_ns - START) * 1e-9
     effort = [np.interp(then, t, joint) for joint in np.array([m[3] for m in messages]).T]

@@ -4,6 +4,7 @@ from baxter_dynamics_ros.core.arm import BaxterArm
 from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.core.exceptions import ArgumentError
 from baxter_dynamics_ros.core.joints import mount
+from baxter_dynamics_ros.core.parameters import paper_parameters
 from baxter_dynamics_ros.core.parameters import Payload
 from baxter_dynamics_ros.signals.settings import DEFAULTS
 from baxter_dynamics_ros.signals.settings import PredictorSettings
@@ -148,7 +149,7 @@ def test_disabled_effort_model_is_tau():
     model = PredictorSettings({'effort_model.enabled': False, 'effort_model.bias': [1.0] * 7,
                                'effort_model.coulomb': [1.0] * 7}).effort_model
     tau = np.arange(7.0)
-    np.testing.assert_array_equal(model.effort(tau, Q, QD), tau)
+    np.testing.assert_array_equal(model.effort(tau, Q, QD, QD), tau)
 
 
 def test_effort_model_has_its_settings():
@@ -157,11 +158,16 @@ def test_effort_model_has_its_settings():
         'effort_model.spring_coefficients': coefficients, 'effort_model.spring_range': [-2.5, 2.5],
         'effort_model.coulomb': np.arange(7.0), 'effort_model.coulomb_velocity': 0.2,
         'effort_model.viscous': np.arange(7.0)[::-1] / 10, 'effort_model.bias': [0.5] * 7,
+        'effort_model.dahl': np.arange(7.0) / 3, 'effort_model.dahl_length': 0.3,
+        'effort_model.stiffness': -np.arange(7.0) / 5,
+        'effort_model.added_inertia': np.arange(7.0) / 7,
     }).effort_model
-    s1 = Q[1]
+    s1, z, qdd = Q[1], np.linspace(-1.0, 1.0, 7), np.linspace(3.0, -2.0, 7)
     wanted = np.arange(7) * np.tanh(QD / 0.2) + np.arange(7)[::-1] / 10 * QD + 0.5
     wanted[1] += np.dot(coefficients, [1, np.sin(s1), np.cos(s1), np.sin(2 * s1), np.cos(2 * s1)])
-    np.testing.assert_allclose(model.effort(np.zeros(7), Q, QD), wanted, rtol=1e-12)
+    wanted += np.arange(7) * (z / 3 - Q / 5 + qdd / 7)
+    np.testing.assert_allclose(model.effort(np.zeros(7), Q, QD, qdd, z), wanted, rtol=1e-12)
+    assert model.dahl_length == 0.3
     assert not model.spring_is_held(np.array([0, 2.4, 0, 0, 0, 0, 0]))
     assert PredictorSettings().effort_model.spring(np.zeros(7))[1] == pytest.approx(
         np.dot(SPRING_COEFFICIENTS, [1, 0, 1, 0, 1]))
@@ -211,3 +217,34 @@ def test_methods_agree(loaded, rng):
     np.testing.assert_allclose(recursive.tau, closed_form.tau, atol=1e-12)
     np.testing.assert_allclose(recursive.residual, closed_form.residual, atol=1e-12)
     assert predictors[0].counts == predictors[1].counts
+
+
+def test_links_default_to_the_papers():
+    ours, paper = PredictorSettings().arm.parameters, paper_parameters()
+    for name in ('d', 'a', 'alpha', 'mass', 'center_of_mass', 'inertia', 'pseudo_inertia'):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(paper, name))
+
+
+def test_links_are_used():
+    heavier = np.array(DEFAULTS['links.mass']) * 2.0
+    inertia = np.array(DEFAULTS['links.inertia']) * 2.0
+    settings = PredictorSettings({'links.mass': heavier, 'links.inertia': inertia})
+    np.testing.assert_allclose(settings.arm.gravity(Q), 2.0 * PredictorSettings().arm.gravity(Q))
+    np.testing.assert_allclose(settings.arm.inverse_dynamics(Q, QD, QD),
+                               2.0 * PredictorSettings().arm.inverse_dynamics(Q, QD, QD))
+    moved = np.zeros((7, 3))
+    moved[3] = 0.02, -0.01, 0.03
+    center = np.array(DEFAULTS['links.center_of_mass']) + moved.ravel()
+    arm = PredictorSettings({'links.center_of_mass': center}).arm
+    np.testing.assert_allclose(arm.parameters.center_of_mass[3],
+                               paper_parameters().center_of_mass[3] + moved[3])
+
+
+@pytest.mark.parametrize('name, index, value', [
+    ('links.mass', 2, 0.0), ('links.inertia', 4 * 6, -0.1), ('links.inertia', 6 * 6 + 3, 0.5)])
+def test_impossible_links_are_refused(name, index, value):
+    values = np.array(DEFAULTS[name])
+    values[index] = value
+    link = index // (len(values) // 7) + 1
+    with pytest.raises(ArgumentError, match=f'links: no rigid body .* of link {link}:'):
+        PredictorSettings({name: values})

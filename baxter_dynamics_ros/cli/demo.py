@@ -196,7 +196,7 @@ def _first_difference(messages, arm: str) -> tuple:
     qdd = np.diff(qd, axis=0) / dt[:, None]
     q, qd, effort = q[1:], qd[1:], effort[1:]
     tau = settings.arm.inverse_dynamics(q, qd, qdd)
-    return stamps[1:], effort - settings.effort_model.effort(tau, q, qd)
+    return stamps[1:], effort - settings.effort_model.effort(tau, q, qd, qdd)
 
 
 def _print_comparison(console: Console, series: dict):

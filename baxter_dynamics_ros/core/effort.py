@@ -1,7 +1,7 @@
 r"""
 From torque to effort: what the robot's ``effort`` field measures beyond tau.
 
-    effort = tau + spring(q_s1) + friction(qd) + bias
+    effort = tau + spring(q_s1) + friction + bias + stiffness q + added_inertia qdd
 
 Baxter's upper arm hangs in two strong springs that act on s1, beside the motor. They carry the
 part of tau_s1 that the measured effort lacks; written as above the term is positive, for the
@@ -30,6 +30,16 @@ SPRING_RANGE = (-1.9, 1.0)
 # Width of the Coulomb term's change of sign [rad/s].
 COULOMB_VELOCITY = 0.05
 
+# The angle over which Dahl's friction turns round [rad].
+DAHL_LENGTH = 0.02
+
+_PER_JOINT = ('coulomb', 'viscous', 'dahl', 'bias', 'stiffness', 'added_inertia')
+_NOT_NEGATIVE = ('coulomb', 'viscous', 'dahl')
+
+
+def _zeros() -> np.ndarray:
+    return np.zeros(N_JOINTS)
+
 
 @dataclass(frozen=True, eq=False)
 class EffortModel:
@@ -48,12 +58,21 @@ class EffortModel:
         Coulomb friction [N m], not negative: ``coulomb * tanh(qd / coulomb_velocity)``.
     viscous : array_like (7,)
         Viscous friction [N m s/rad], not negative: ``viscous * qd``.
+    dahl : array_like (7,)
+        Dahl's friction [N m], not negative: ``dahl * z``, z of :class:`.presliding.Presliding`.
     bias : array_like (7,)
         Constant offset of the measured effort [N m].
+    stiffness : array_like (7,)
+        Of the cables that a joint bends [N m/rad], of either sign: ``stiffness * q``.
+    added_inertia : array_like (7,)
+        Inertia beyond the links' that the measured effort shows [kg m^2], of either sign:
+        ``added_inertia * qdd``.
     coulomb_velocity : float
         Width of the Coulomb term's change of sign [rad/s].
-    has_spring, has_friction : bool
-        Whether any of their coefficients is not zero.
+    dahl_length : float
+        The angle over which Dahl's friction turns round [rad].
+    has_spring, has_friction, has_dahl : bool
+        Whether any of their coefficients is not zero; Dahl's are among the friction's.
 
     Raises
     ------
@@ -64,19 +83,24 @@ class EffortModel:
 
     spring_coefficients: np.ndarray = SPRING_COEFFICIENTS
     spring_range: np.ndarray = SPRING_RANGE
-    coulomb: np.ndarray = field(default_factory=lambda: np.zeros(N_JOINTS))
-    viscous: np.ndarray = field(default_factory=lambda: np.zeros(N_JOINTS))
-    bias: np.ndarray = field(default_factory=lambda: np.zeros(N_JOINTS))
+    coulomb: np.ndarray = field(default_factory=_zeros)
+    viscous: np.ndarray = field(default_factory=_zeros)
+    dahl: np.ndarray = field(default_factory=_zeros)
+    bias: np.ndarray = field(default_factory=_zeros)
+    stiffness: np.ndarray = field(default_factory=_zeros)
+    added_inertia: np.ndarray = field(default_factory=_zeros)
     coulomb_velocity: float = COULOMB_VELOCITY
+    dahl_length: float = DAHL_LENGTH
 
     def __post_init__(self):
         """Validate, and keep read-only arrays."""
-        for name, n in (('spring_coefficients', 5), ('spring_range', 2), ('coulomb', N_JOINTS),
-                        ('viscous', N_JOINTS), ('bias', N_JOINTS)):
-            value = finite(f'effort_model.{name}', getattr(self, name), (n,)).copy()
+        shapes = {'spring_coefficients': (5,), 'spring_range': (2,),
+                  **dict.fromkeys(_PER_JOINT, (N_JOINTS,))}
+        for name, shape in shapes.items():
+            value = finite(f'effort_model.{name}', getattr(self, name), shape).copy()
             value.flags.writeable = False
             object.__setattr__(self, name, value)
-        for name in ('coulomb', 'viscous'):
+        for name in _NOT_NEGATIVE:
             if getattr(self, name).min() < 0.0:
                 raise ArgumentError(f'effort_model.{name}',
                                     f'expected no negative value, got {getattr(self, name)}')
@@ -84,11 +108,14 @@ class EffortModel:
             raise ArgumentError('effort_model.spring_range',
                                 f'expected lower < upper, got {self.spring_range}')
         set_ = object.__setattr__
-        set_(self, 'coulomb_velocity', number(
-            'effort_model.coulomb_velocity', self.coulomb_velocity, lower=1e-6))
+        for name in ('coulomb_velocity', 'dahl_length'):
+            set_(self, name, number(f'effort_model.{name}', getattr(self, name), lower=1e-6))
         # What a stream asks for again and again, as plain numbers.
         set_(self, 'has_spring', bool(self.spring_coefficients.any()))
-        set_(self, 'has_friction', bool(self.coulomb.any() or self.viscous.any()))
+        set_(self, 'has_dahl', bool(self.dahl.any()))
+        set_(self, 'has_friction', bool(self.has_dahl or self.coulomb.any() or self.viscous.any()))
+        set_(self, '_has_cables', bool(self.stiffness.any()))
+        set_(self, '_has_added_inertia', bool(self.added_inertia.any()))
         set_(self, '_spring', tuple(self.spring_coefficients.tolist()))
         set_(self, '_border', tuple(self.spring_range.tolist()))
 
@@ -122,11 +149,36 @@ class EffortModel:
         held = (s1 < self._border[0]) | (s1 > self._border[1])
         return held if self.has_spring else np.zeros_like(held)
 
-    def friction(self, qd: np.ndarray) -> np.ndarray:
-        """Return Coulomb and viscous friction, (..., 7) [N m]; qd is (..., 7) [rad/s]."""
-        return self.coulomb * np.tanh(qd / self.coulomb_velocity) + self.viscous * qd
+    def friction(self, qd: np.ndarray, presliding=None) -> np.ndarray:
+        """
+        Return Coulomb, viscous and Dahl's friction, (..., 7) [N m].
 
-    def effort(self, tau: np.ndarray, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        Parameters
+        ----------
+        qd : ndarray (..., 7)
+            Velocity [rad/s].
+        presliding : ndarray (..., 7), optional
+            Dahl's state z. By default that of a joint which has long been moving as it does:
+            tanh(qd / coulomb_velocity).
+
+        """
+        sliding = np.tanh(qd / self.coulomb_velocity)
+        result = self.coulomb * sliding + self.viscous * qd
+        if self.has_dahl:
+            result += self.dahl * (sliding if presliding is None else presliding)
+        return result
+
+    def other(self, q: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        """Return bias, cables and added inertia, (..., 7) [N m]; q, qdd (..., 7)."""
+        result = self.bias
+        if self._has_cables:
+            result = result + self.stiffness * q
+        if self._has_added_inertia:
+            result = result + self.added_inertia * qdd
+        return result
+
+    def effort(self, tau: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray,
+               presliding=None) -> np.ndarray:
         """Return what the robot would measure, (..., 7) [N m], while it needs tau (..., 7)."""
-        result = tau + self.spring(q) + self.bias
-        return result + self.friction(qd) if self.has_friction else result
+        result = tau + self.spring(q) + self.other(q, qdd)
+        return result + self.friction(qd, presliding) if self.has_friction else result

@@ -148,6 +148,41 @@ def paper_parameters(corrections=CORRECTIONS) -> ArmParameters:
         inertia=inertia_tensor(np.array(paper_tables.TABLE_III)), corrections=corrections)
 
 
+def link_parameters(mass, center_of_mass, inertia) -> ArmParameters:
+    """
+    Return the parameters of Table II's kinematics with links of one's own.
+
+    Parameters
+    ----------
+    mass : array_like (7,)
+        Mass of each link [kg].
+    center_of_mass : array_like (21,)
+        Its centre of mass x, y, z [m], link after link, in the order and frames of Table IV.
+    inertia : array_like (42,)
+        Its inertia xx, yy, zz, xy, yz, xz about the centre of mass [kg m^2], link after link, in
+        the order and frames of Table III.
+
+    Raises
+    ------
+    ArgumentError
+        If no rigid bodies can have these numbers.
+
+    """
+    mass = finite('links.mass', mass, (N_JOINTS,))
+    center = finite('links.center_of_mass', center_of_mass, (3 * N_JOINTS,)).reshape(-1, 3)
+    elements = finite('links.inertia', inertia, (6 * N_JOINTS,)).reshape(-1, 6)
+    d, a, alpha, _ = np.array(paper_tables.TABLE_II).T
+    result = ArmParameters(d=d, a=a, alpha=alpha, mass=mass, center_of_mass=center,
+                           inertia=inertia_tensor(elements))
+    for i, least in enumerate(np.linalg.eigvalsh(result.pseudo_inertia)[:, 0]):
+        if least <= 0.0:
+            raise ArgumentError(
+                'links', f'no rigid body has the mass, centre of mass and inertia of link {i + 1}:'
+                ' mass and principal moments must be positive, and no moment above the sum of the'
+                ' other two')
+    return result
+
+
 def theta_offsets(corrected: bool = True) -> np.ndarray:
     """Return theta - q (7,) [rad]: pi/2 at s1, which Table II leaves out, zero elsewhere."""
     offsets = np.zeros(N_JOINTS)

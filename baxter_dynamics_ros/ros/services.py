@@ -46,7 +46,7 @@ class Answers:
             response.success, response.message = False, str(error)
             return response
         gravity = settings.arm.gravity(q)
-        holding = settings.effort_model.effort(gravity, q, np.zeros(N_JOINTS))
+        holding = settings.effort_model.effort(gravity, q, *np.zeros((2, N_JOINTS)))
         response.success = True
         response.message = f'gravity torques at {whose}' + _remark(settings, q)
         response.gravity = joint_state(self._names, stamp, position=q, effort=gravity)
@@ -56,7 +56,8 @@ class Answers:
     def inverse_dynamics(self, settings, request, response):
         """Answer ``InverseDynamics``."""
         try:
-            q, qd, qdd, stamp, whose = self._motion(request.state, request.acceleration)
+            q, qd, qdd, presliding, stamp, whose = self._motion(
+                request.state, request.acceleration)
         except ArgumentError as error:
             response.success, response.message = False, str(error)
             return response
@@ -69,7 +70,8 @@ class Answers:
         response.inertial = to_field(inertial)
         response.coriolis = to_field(velocity)
         response.gravity = to_field(gravity)
-        response.actuator_effort = to_field(settings.effort_model.effort(tau, q, qd))
+        response.actuator_effort = to_field(
+            settings.effort_model.effort(tau, q, qd, qdd, presliding))
         response.mass_matrix = mass.ravel()
         response.coriolis_matrix = coriolis.ravel()
         return response
@@ -91,13 +93,13 @@ class Answers:
             f'the latest measured state, {self._state_age():.3f} s old')
 
     def _motion(self, state, acceleration):
-        """Return q, qd, qdd, their stamp [ns] and what they are, of a request."""
+        """Return q, qd, qdd, Dahl's state, their stamp [ns] and what they are, of a request."""
         if len(state.name):
             layout = self._layout(state)
             return (self._pick('state.position', state.position, state, layout),
                     self._pick('state.velocity', state.velocity, state, layout, optional=True),
                     self._pick('acceleration', acceleration, state, layout, optional=True),
-                    stamp_ns(state.header), 'the given state')
+                    None, stamp_ns(state.header), 'the given state')
         _refuse_nameless(state)
         if len(acceleration):
             raise ArgumentError('acceleration', 'its order is that of state.name, which is '
@@ -109,7 +111,7 @@ class Answers:
                                 f'{self._predictor.estimator.settling_time:.2f} s after a start; '
                                 'if it never does, the diagnostics say why')
         behind = (self._predictor.latest.stamp_ns - now.stamp_ns) * 1e-6
-        return (now.q, now.qd, now.qdd, now.stamp_ns,
+        return (now.q, now.qd, now.qdd, self._predictor.presliding, now.stamp_ns,
                 f'the estimate for {behind:.0f} ms before the latest measured state, '
                 f'{self._state_age():.3f} s old')
 

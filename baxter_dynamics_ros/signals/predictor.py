@@ -12,6 +12,18 @@ from .events import RESETS
 from .intake import Intake
 from .motion import MotionEstimator
 from ..core.effort import EffortModel
+from ..core.presliding import Presliding
+
+
+class Estimate(NamedTuple):
+    """How the arm moved at one instant, and what it measured; read-only (7,) in joint order."""
+
+    stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
+    q: np.ndarray  # position [rad]
+    qd: np.ndarray  # velocity [rad/s]
+    qdd: np.ndarray  # acceleration [rad/s^2]
+    measured: 'np.ndarray | None'  # effort [N m]
+    presliding: np.ndarray  # Dahl's state [-]
 
 
 class Prediction(NamedTuple):
@@ -38,6 +50,8 @@ class Predictor:
     Predict one arm's effort from its joint states.
 
     The same code serves the node and recordings; it knows no ROS and no clock but the stamps.
+    :meth:`handle` is :meth:`estimate`, which goes message by message, and then :meth:`predict`,
+    which has no memory and takes many estimates stacked as well as one.
 
     Parameters
     ----------
@@ -72,11 +86,18 @@ class Predictor:
         self.prediction = None
         self._inverse_dynamics = inverse_dynamics
         self._continuity = Continuity()
+        self._presliding = Presliding(effort_model.dahl_length)
+
+    @property
+    def presliding(self) -> np.ndarray:
+        """Dahl's state at the newest prediction (7,) [-]."""
+        return self._presliding.z
 
     def configure(self, inverse_dynamics, effort_model: EffortModel, estimator=None):
         """Change the model in mid-stream; a new estimator starts anew, the counts stay."""
         self._inverse_dynamics = inverse_dynamics
         self.effort_model = effort_model
+        self._presliding.length = effort_model.dahl_length
         if estimator is not None:
             self.estimator = estimator
             self.reset()
@@ -107,6 +128,14 @@ class Predictor:
             ``counts`` tells, and for those that are taken while the filter settles.
 
         """
+        estimate = self.estimate(stamp_ns, names, position, velocity, effort)
+        if estimate is None:
+            return None
+        self.prediction = self.predict(estimate)
+        return self.prediction
+
+    def estimate(self, stamp_ns: int, names, position, velocity, effort) -> 'Estimate | None':
+        """Take a joint state, as :meth:`handle` does, without predicting its effort."""
         self.counts['received'] += 1
         reading = self.intake.read(names, position, velocity, effort)
         if isinstance(reading, Event):
@@ -128,23 +157,34 @@ class Predictor:
             self.counts[Event.VELOCITY_MISSING] += 1
         if motion is None:
             return None
-        self.prediction = self._predict(stamp_ns, motion)
         self.counts['predicted'] += 1
-        return self.prediction
+        if self.effort_model.has_dahl:
+            self._presliding.update(motion.q)
+        return Estimate(stamp_ns - round(motion.delay * 1e9), *motion[1:], self._presliding.z)
 
-    def _predict(self, stamp_ns: int, motion) -> Prediction:
-        q, qd, qdd = motion.q, motion.qd, motion.qdd
+    def predict(self, estimate: Estimate) -> Prediction:
+        """
+        Predict the effort of an estimate.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            Its arrays may have leading axes: a batch.
+
+        """
+        stamp_ns, q, qd, qdd, measured, presliding = estimate
         tau = self._inverse_dynamics(q, qd, qdd)
-        effort = self.effort_model.effort(tau, q, qd)
-        if self.effort_model.spring_is_held(q):
-            self.counts[Event.SPRING_HELD] += 1
+        effort = self.effort_model.effort(tau, q, qd, qdd, presliding)
+        held = np.count_nonzero(self.effort_model.spring_is_held(q))
+        if held:
+            self.counts[Event.SPRING_HELD] += held
         residual = None
-        if motion.effort is not None:
-            residual = motion.effort - effort
+        if measured is not None:
+            residual = measured - effort
             residual.flags.writeable = False
         for array in (q, qd, qdd, tau, effort):
             array.flags.writeable = False
-        return Prediction(stamp_ns - round(motion.delay * 1e9), q, qd, qdd, tau, effort, residual)
+        return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual)
 
     def _valid(self, effort):
         """Return the measured effort, or None where the robot cannot have measured it."""
@@ -157,4 +197,5 @@ class Predictor:
 
     def _restart(self):
         self.estimator.reset()
+        self._presliding.reset()
         self.prediction = None

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 from .motion import MotionEstimator
 from .predictor import Predictor
+from ..core import paper_tables
 from ..core.arm import BaxterArm
 from ..core.effort import COULOMB_VELOCITY
+from ..core.effort import DAHL_LENGTH
 from ..core.effort import EffortModel
 from ..core.effort import SPRING_COEFFICIENTS
 from ..core.effort import SPRING_RANGE
@@ -17,7 +19,7 @@ from ..core.exceptions import ArgumentError
 from ..core.joints import mount
 from ..core.joints import N_JOINTS
 from ..core.joints import SIDES
-from ..core.paper_tables import GRAVITY
+from ..core.parameters import link_parameters
 from ..core.parameters import Payload
 from ..core.validation import finite
 from ..core.validation import number
@@ -92,9 +94,18 @@ SETTINGS = (
     Setting('effort_model.coulomb_velocity', COULOMB_VELOCITY,
             "Width of the Coulomb friction's change of sign.", 'rad/s', 1e-3, 1.0),
     Setting('effort_model.viscous', _ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0),
+    Setting('effort_model.dahl', _ZEROS, "Dahl's pre-sliding friction per joint.", 'N m',
+            0.0, 50.0),
+    Setting('effort_model.dahl_length', DAHL_LENGTH,
+            "The angle over which Dahl's friction turns round.", 'rad', 1e-4, 1.0),
     Setting('effort_model.bias', _ZEROS, 'Offset of the measured effort per joint.', 'N m',
             -50.0, 50.0),
-    Setting('gravity', GRAVITY, "Gravity vector in the robot's base frame.", 'm/s^2',
+    Setting('effort_model.stiffness', _ZEROS, 'Of the cables that a joint bends, per joint.',
+            'N m/rad', -50.0, 50.0),
+    Setting('effort_model.added_inertia', _ZEROS,
+            "Inertia beyond the links' that the measured effort shows, per joint.", 'kg m^2',
+            -5.0, 5.0),
+    Setting('gravity', paper_tables.GRAVITY, "Gravity vector in the robot's base frame.", 'm/s^2',
             -30.0, 30.0),
     Setting('payload.mass', 0.0, 'Mass of what the hand carries.', 'kg', 0.0, 10.0),
     Setting('payload.center_of_mass', (0.0, 0.0, 0.0), 'Its centre of mass in the hand frame.',
@@ -102,6 +113,14 @@ SETTINGS = (
     Setting('payload.inertia', (0.0,) * 6,
             'Its inertia about its centre of mass, hand-frame axes: xx, yy, zz, xy, yz, xz.',
             'kg m^2', -2.0, 2.0),
+    Setting('links.mass', tuple(row[-1] for row in paper_tables.TABLE_II),
+            'Mass of each link (Table II).', 'kg', 0.0, 20.0),
+    Setting('links.center_of_mass', sum(paper_tables.TABLE_IV, ()),
+            "Centre of mass x, y, z of each link in turn, in the link's frame (Table IV).", 'm',
+            -1.0, 1.0),
+    Setting('links.inertia', sum(paper_tables.TABLE_III, ()),
+            'Inertia xx, yy, zz, xy, yz, xz of each link in turn, about its centre of mass '
+            '(Table III).', 'kg m^2', -2.0, 2.0),
 )
 
 DEFAULTS = {setting.name: setting.default for setting in SETTINGS}
@@ -140,7 +159,8 @@ class PredictorSettings:
         self.values = {setting.name: setting.check(values.get(setting.name, setting.default))
                        for setting in SETTINGS}
         self.arm = BaxterArm(payload=Payload(**self._group('payload')),
-                             gravity=self.values['gravity'], mount=mount(self.values['arm']))
+                             gravity=self.values['gravity'], mount=mount(self.values['arm']),
+                             parameters=link_parameters(**self._group('links')))
         effort = self._group('effort_model')
         enabled = effort.pop('enabled')
         model = EffortModel(**effort)  # checked even where it is off

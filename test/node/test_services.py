@@ -56,7 +56,7 @@ def test_answers_by_name_in_any_order(node):
     np.testing.assert_allclose(answer.inertial, mass @ QDD, atol=1e-12)
     np.testing.assert_allclose(answer.coriolis, coriolis @ QD, atol=1e-12)
     np.testing.assert_allclose(answer.gravity, gravity, atol=1e-12)
-    np.testing.assert_allclose(answer.actuator_effort, effort.effort(tau, Q, QD), atol=1e-12)
+    np.testing.assert_allclose(answer.actuator_effort, effort.effort(tau, Q, QD, QDD), atol=1e-12)
     np.testing.assert_allclose(np.reshape(answer.mass_matrix, (7, 7)), mass, atol=1e-12)
     np.testing.assert_allclose(np.reshape(answer.coriolis_matrix, (7, 7)), coriolis, atol=1e-12)
 

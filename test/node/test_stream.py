@@ -15,7 +15,7 @@ def synthetic(sine, seconds=2.0, period=0.01):
     t = np.arange(0.0, seconds, period)
     q, qd, qdd = sine(t)
     tau = BaxterArm().inverse_dynamics(q, qd, qdd)
-    return t, list(zip(q, sine(t - LAG)[1], EffortModel().effort(tau, q, qd)))
+    return t, list(zip(q, sine(t - LAG)[1], EffortModel().effort(tau, q, qd, qdd)))
 
 
 @pytest.mark.parametrize('check_fields', ['', '1'], ids=['plain', 'ROS_PYTHON_CHECK_FIELDS'])
