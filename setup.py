@@ -15,15 +15,25 @@ ros = [
     'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
     'pin==4.1.0',
 ]
-demo = ros + [
+# evaluate and calibrate need no ROS.
+offline = [
+    'pin==4.1.0',
+    'rosbags==0.11.9',
+    'scipy>=1.11',
+    'pyyaml>=6.0',
+    'matplotlib==3.10.9',
+    'jinja2>=3.1',
+    'rich==15.0.0',
+]
+demo = ros + offline + [
     'mujoco==3.17.0',
     'hpp-baxter==9.0.2',  # the manufacturer's robot description
-    'matplotlib==3.10.9',
-    'rich==15.0.0',
 ]
 test = demo + [
     'pytest==9.0.3',
     'pytest-timeout==2.4.0',
+    'pytest-xdist==3.8.0',
+    'playwright==1.65.2',  # drives the Chromium of the system
     'colcon-common-extensions==0.3.0',
     'ros-jazzy-ament-package==0.16.4',
     'ros-jazzy-ament-flake8==0.17.3',
@@ -70,8 +80,9 @@ setup(
     ],
     python_requires='>=3.10',
     install_requires=['numpy>=1.24'],
-    extras_require={'ros': ros, 'demo': demo, 'test': test},
-    zip_safe=True,
+    extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'test': test},
+    package_data={package_name: ['report/*.j2']},
+    zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',
     maintainer_email='maintainers@baxter-dynamics.example',
     description='Live Lagrange-Euler torques of the Baxter robot, and their residual.',

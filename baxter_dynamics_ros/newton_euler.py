@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from .core.joints import JOINTS
+from .core.joints import N_JOINTS
 from .core.parameters import ArmParameters
 from .core.parameters import Payload
 
@@ -70,8 +71,12 @@ class NewtonEuler:
         self.data = self.model.createData()
 
     def inverse_dynamics(self, q, qd, qdd) -> np.ndarray:
-        """Return tau (7,) [N m] for one state q, qd, qdd (7,)."""
-        return pin.rnea(self.model, self.data, q, qd, qdd).copy()
+        """Return tau (..., 7) [N m] for states q, qd, qdd (..., 7), already validated."""
+        if q.ndim == 1:
+            return pin.rnea(self.model, self.data, q, qd, qdd).copy()
+        rnea, model, data = pin.rnea, self.model, self.data
+        states = zip(*(x.reshape(-1, N_JOINTS) for x in (q, qd, qdd)))
+        return np.array([rnea(model, data, *state).copy() for state in states]).reshape(q.shape)
 
 
 def _rotation_z(angle: float) -> pin.SE3:

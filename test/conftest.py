@@ -134,3 +134,57 @@ class PinocchioEngine:
     def _each(self, function, *arrays, after=()):
         return np.array([function(self._model, self._data, *row, *after).copy()
                          for row in zip(*arrays)])
+
+
+@pytest.fixture
+def make_bag(tmp_path):
+    """
+    Return a function that makes a bag, and its path.
+
+    It takes messages as (topic, time of receipt [ns], content), where content is a text, or a
+    joint state as (stamp_ns, names, position, velocity, effort); a kind, 'mcap', 'sqlite3' or
+    'ros1'; a name; and a compression, by rosbags' names.
+    """
+    pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
+    from rosbags import rosbag1
+    from rosbags import rosbag2
+    from rosbags.typesys import get_typestore
+    from rosbags.typesys import Stores
+
+    def make(messages, kind='mcap', name='run', compression=None):
+        is_ros1 = kind == 'ros1'
+        path = tmp_path / (f'{name}.bag' if is_ros1 else name)
+        store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_JAZZY)
+        if is_ros1:
+            writer = rosbag1.Writer(path)
+            serialise = store.serialize_ros1
+            if compression:
+                writer.set_compression(writer.CompressionFormat[compression])
+        else:
+            writer = rosbag2.Writer(path, version=9,
+                                    storage_plugin=rosbag2.StoragePlugin[kind.upper()])
+            serialise = store.serialize_cdr
+            if compression:
+                writer.set_compression(rosbag2.CompressionMode[compression],
+                                       rosbag2.CompressionFormat.ZSTD)
+        connections = {}
+        with writer:
+            for topic, received_ns, content in messages:
+                message = _ros_message(store, content, is_ros1)
+                key = topic, message.__msgtype__
+                if key not in connections:
+                    connections[key] = writer.add_connection(*key, typestore=store)
+                writer.write(connections[key], received_ns, serialise(message, key[1]))
+        return path
+
+    return make
+
+
+def _ros_message(store, content, is_ros1):
+    if isinstance(content, str):
+        return store.types['std_msgs/msg/String'](content)
+    stamp_ns, names, *arrays = content
+    stamp = store.types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9))
+    header = store.types['std_msgs/msg/Header'](*([0] if is_ros1 else []), stamp, 'base')
+    return store.types['sensor_msgs/msg/JointState'](
+        header, list(names), *(np.array(array, float) for array in arrays))

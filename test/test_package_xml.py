@@ -21,10 +21,14 @@ SETUP = ast.parse((REPOSITORY / 'setup.py').read_text('utf-8'))
 
 # Imported name -> rosdep's name, where that is another; None where rosdep has none.
 ROSDEP = {
+    'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
     'mujoco': None,
     'numpy': 'python3-numpy',
     'rich': 'python3-rich',
+    'rosbags': None,
+    'scipy': 'python3-scipy',
+    'yaml': 'python3-yaml',
 }
 # Needed, and imported by nobody: what reads the launch files.
 NOT_IMPORTED = {'ros2launch'}

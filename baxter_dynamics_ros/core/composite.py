@@ -17,6 +17,8 @@ Then, with m = max(i, k) and <X, Y> = Tr(X Y^T),
 * G_i = -g . (xi_i H_i)[:, 4]                               eq. (8)
 * tau_i = <sum_{l>=i} A_l S_l, xi_i>                        eq. (5)
 
+  = sum_{l>=i} Tr[(xi_i T_l)^T (A_l T_l) J_l]             linear in the pseudo-inertias
+
 where A_l T_l = d^2 T_l/dt^2 - gravity. With u_k = xi_k qd_k, eq. (10) makes it
 A_l = sum_{k<=l} (xi_k qdd_k + (2 V_k - u_k) u_k) - gravity.
 
@@ -124,11 +126,26 @@ class CompositeDynamics:
     def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """Return tau, (..., 7) [N m], eq. (5), without forming M or C."""
         xi, s = self._geometry(q)
+        return (_sum(_UPPER, self._acceleration(xi, qd, qdd) @ s) * xi).sum((-1, -2))
+
+    def regressor(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        """
+        Return Y, (..., 7, 7, 4, 4): tau_i = sum over l of Tr(Y_il J_l), eq. (5).
+
+        It does not depend on the inertial parameters: Y_il is what a unit of link l's
+        pseudo-inertia J_l costs joint i; zero for i > l.
+        """
+        t = self.transforms(q)
+        xi, links = self.twists(t), t[..., 1:, :, :]
+        moved = (self._acceleration(xi, qd, qdd) @ links)[..., None, :, :, :]
+        result = (xi[..., None, :, :] @ links[..., None, :, :, :]).swapaxes(-1, -2) @ moved
+        return result * _UPPER[:, :, None, None]
+
+    def _acceleration(self, xi: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        """Return A_1 ... A_7, (..., 7, 4, 4)."""
         u = xi * qd[..., None, None]
         v = _sum(_LOWER, u)
-        acceleration = _sum(_LOWER, xi * qdd[..., None, None] + (v + v - u) @ u)
-        acceleration += self._base_acceleration
-        return (_sum(_UPPER, acceleration @ s) * xi).sum((-1, -2))
+        return _sum(_LOWER, xi * qdd[..., None, None] + (v + v - u) @ u) + self._base_acceleration
 
     def _geometry(self, q: np.ndarray) -> tuple:
         """Return the twists xi and the links' pseudo-inertias S in frame {0}."""

@@ -236,6 +236,25 @@ def pseudo_inertia(inertia: np.ndarray, mass: np.ndarray, center: np.ndarray) ->
     return _assemble(half_trace * np.eye(3) - inertia, mass, center)
 
 
+def from_pseudo_inertia(pseudo: np.ndarray) -> tuple:
+    """
+    Return mass (...), centre of mass (..., 3) and inertia about it (..., 3, 3) of J (..., 4, 4).
+
+    The inverse of :func:`pseudo_inertia` after :func:`inertia_about_origin`.
+    """
+    mass = pseudo[..., 3, 3]
+    center = pseudo[..., :3, 3] / mass[..., None]
+    about_center = pseudo[..., :3, :3] - mass[..., None, None] * (
+        center[..., :, None] * center[..., None, :])
+    trace = np.trace(about_center, axis1=-2, axis2=-1)[..., None, None]
+    return mass, center, trace * np.eye(3) - about_center
+
+
+def inertia_elements(tensor: np.ndarray) -> np.ndarray:
+    """Turn tensors (..., 3, 3) into rows (..., 6) in Table III's order xx yy zz xy yz xz."""
+    return tensor[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
+
+
 def pseudo_inertia_as_printed(inertia: np.ndarray, mass: np.ndarray,
                               center: np.ndarray) -> np.ndarray:
     """

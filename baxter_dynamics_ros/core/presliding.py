@@ -19,12 +19,12 @@ class Presliding:
 
     Parameters
     ----------
-    length : float
-        The angle over which friction turns round [rad].
+    length : float, or array_like (m, 1)
+        The angle over which friction turns round [rad], or several to compare.
 
     Attributes
     ----------
-    z : ndarray (7,)
+    z : ndarray (7,), or (m, 7)
         The state: -1 or 1 where the joint slides, 0 where nothing is known yet.
 
     """
@@ -36,10 +36,10 @@ class Presliding:
     def reset(self):
         """Forget the past: no friction until the joints move."""
         self._q = None
-        self.z = np.zeros(N_JOINTS)
+        self.z = np.zeros(np.broadcast_shapes(np.shape(self.length), (N_JOINTS,)))
 
     def update(self, q: np.ndarray) -> np.ndarray:
-        """Move to q (7,) [rad], straight from the last; return z (7,)."""
+        """Move to q (7,) [rad], straight from the last; return z."""
         if self._q is not None:
             step = q - self._q
             direction = np.sign(step)

@@ -43,6 +43,8 @@ class State(NamedTuple):
 
     stamp_ns: int  # [ns]
     q: np.ndarray  # [rad]
+    qd: 'np.ndarray | None'  # [rad/s]
+    effort: 'np.ndarray | None'  # [N m]; None where there is none, or none that is valid
 
 
 class Predictor:
@@ -151,8 +153,9 @@ class Predictor:
                 self._restart()
         self.counts['taken'] += 1
         dt = 0.0 if self.latest is None else (stamp_ns - self.latest.stamp_ns) * 1e-9
-        self.latest = State(stamp_ns, q)
-        motion = self.estimator.update(dt, q, qd, self._valid(measured))
+        measured = self._valid(measured)
+        self.latest = State(stamp_ns, q, qd, measured)
+        motion = self.estimator.update(dt, q, qd, measured)
         if qd is None:
             self.counts[Event.VELOCITY_MISSING] += 1
         if motion is None:

@@ -1,0 +1,48 @@
+"""What a motion does not show: parameters that stay as uncertain as they were before."""
+
+import numpy as np
+
+from .normal import information
+from ..core.joints import JOINTS
+
+_UNKNOWN = 0.7  # share of the prior's uncertainty that is left, above which nothing was learnt
+
+
+def unknown(regressor, normal, weights: np.ndarray) -> tuple:
+    """
+    Find the joints' own parameters that the data cannot tell, even alone beside the bias.
+
+    Parameters
+    ----------
+    regressor : Regressor
+        All terms.
+    normal : NormalEquations
+        Of all the data.
+    weights : ndarray (7,)
+        1 / variance of each joint's residual [1/(N m)^2].
+
+    Returns
+    -------
+    tuple (ndarray (p,) of bool, dict)
+        Which, and joint name -> names of the terms.
+
+    """
+    parameters = regressor.parameters
+    mask, lost = np.zeros(len(parameters), dtype=bool), {}
+    own = [(term, where) for term, where in zip(regressor.terms, regressor.slices)
+           if not term.shared]
+    bias = [where.start for term, where in own if term.name == 'bias']
+    for term, where in own:
+        if term.name == 'bias':
+            continue
+        for joint, name in enumerate(JOINTS):
+            for k in where.start + np.array(term.acting(joint), dtype=int):
+                active = np.zeros(len(parameters), dtype=bool)
+                active[[k, *(start + joint for start in bias)]] = True
+                inverse = np.linalg.inv(information(normal, weights, parameters, active))
+                variance = np.diag(inverse)[np.flatnonzero(active) == k].item()
+                if np.sqrt(variance) > _UNKNOWN * parameters[k].prior:
+                    mask[k] = True
+                    if term.name not in lost.setdefault(name, []):
+                        lost[name].append(term.name)
+    return mask, lost

@@ -1,0 +1,38 @@
+"""For how long what a model leaves over stays alike: how much a sample is worth."""
+
+import numpy as np
+
+from ..core.joints import N_JOINTS
+
+# For at least so long [s]: what a model lacks comes back with the motion.
+SHORTEST = 1.0
+
+
+def correlation_times(residuals: list, periods: list) -> np.ndarray:
+    """
+    Return for how long residuals are alike (7,) [s].
+
+    The integral of their autocorrelation, summed to where it has become small (Sokal's window).
+
+    Parameters
+    ----------
+    residuals : list of ndarray (n, 7)
+        Of each recording [N m].
+    periods : list of float
+        Their time step [s].
+
+    """
+    times = []
+    for joint in range(N_JOINTS):
+        parts = []
+        for residual, period in zip(residuals, periods):
+            x = residual[:, joint] - residual[:, joint].mean()
+            spectrum = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
+            correlation = np.fft.irfft(spectrum)[:len(x)]
+            if correlation[0] == 0.0:
+                continue
+            integral = 2 * np.cumsum(correlation / correlation[0]) - 1
+            window = np.flatnonzero(np.arange(len(x)) >= 5 * integral)
+            parts.append(period * integral[window[0] if len(window) else -1])
+        times.append(max(np.mean(parts), SHORTEST) if parts else SHORTEST)
+    return np.array(times)

@@ -1,0 +1,142 @@
+"""Which terms pay: each is kept where it makes recordings that were left out easier to predict."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .normal import solve
+from ..core.joints import N_JOINTS
+
+# A term is kept where it lowers the left-out RMS by this share: below, it is noise fitted.
+_WORTH = 0.01
+_WORTH_OF_ALL = 0.02
+
+
+class Step(NamedTuple):
+    """What one more term bought."""
+
+    term: str
+    joints: tuple  # indices of the joints where it was kept
+    rms: np.ndarray  # (7,) of recordings left out, with all terms kept so far [N m]
+
+
+class Selection(NamedTuple):
+    """The terms that pay."""
+
+    active: np.ndarray  # (p,) of bool
+    steps: list  # of Step; the first has no term
+
+
+class LeftOut:
+    """
+    Fits without each fold in turn, judged on that fold.
+
+    Parameters
+    ----------
+    regressor : Regressor
+        The terms.
+    folds : list of NormalEquations
+        Of recordings, or parts of one.
+
+    """
+
+    def __init__(self, regressor, folds: list):
+        self._regressor = regressor
+        self._folds = folds
+        self.whole = sum(folds[1:], folds[0])
+        self._others = [self.whole - fold for fold in folds]
+
+    def squared_error(self, weights: np.ndarray, active: np.ndarray, joints) -> np.ndarray:
+        """Return the left-out sum of squared residuals (7,) of some joints, fitted together."""
+        chosen = np.zeros(N_JOINTS)
+        chosen[list(joints)] = weights[list(joints)]
+        fits = [solve(other, chosen, self._regressor.parameters, active) for other in self._others]
+        return sum(fold.squared_error(b) for fold, b in zip(self._folds, fits))
+
+    def rms(self, squared_error: np.ndarray) -> np.ndarray:
+        """Return the RMS (7,) [N m] of a sum of squared residuals."""
+        return np.sqrt(squared_error / self.whole.count)
+
+
+def select(regressor, folds: list, weights: np.ndarray, wanted, unknown) -> Selection:
+    """
+    Choose the terms by what they do for data that were left out.
+
+    Parameters
+    ----------
+    regressor : Regressor
+        All terms, in the order in which they are tried.
+    folds : list of NormalEquations
+        Of recordings, or parts of one.
+    weights : ndarray (7,)
+        1 / variance of each joint's residual [1/(N m)^2].
+    wanted : collection of str
+        Names of terms that are fitted whatever they buy.
+    unknown : ndarray (p,) of bool
+        Parameters that the data cannot tell: these are not fitted.
+
+    """
+    left_out = LeftOut(regressor, folds)
+    active = np.zeros(len(regressor.parameters), dtype=bool)
+    error = left_out.whole.square.copy()
+    steps = [Step('', (), left_out.rms(error))]
+    shared = False
+    for term, where in _in_turn(regressor, left_out, weights, active):
+        trial = active.copy()
+        trial[where] = True
+        if term.shared:
+            new = left_out.squared_error(weights, trial, range(N_JOINTS))
+            pays = np.mean(np.log(new / error)) < 2 * np.log1p(-_WORTH_OF_ALL)
+            kept = tuple(range(N_JOINTS)) if pays or term.name in wanted else ()
+            if kept:
+                active[where] = True
+                error = new
+                shared = True
+        else:
+            kept = ()
+            for joint in range(N_JOINTS):
+                own = where.start + np.array(term.acting(joint), dtype=int)
+                own = own[~unknown[own]]
+                if not len(own):
+                    continue
+                trial = active.copy()
+                trial[own] = True
+                together = range(N_JOINTS)
+                if not shared:  # then the joints do not depend on each other
+                    trial &= _acts_on(regressor, joint)
+                    together = [joint]
+                new = left_out.squared_error(weights, trial, together)[joint]
+                if new < error[joint] * (1 - _WORTH) ** 2 or term.name in wanted:
+                    active[own] = True
+                    error[joint] = new
+                    kept += (joint,)
+        steps.append(Step(term.name, kept, left_out.rms(error)))
+    return Selection(active, steps)
+
+
+def _in_turn(regressor, left_out, weights, active):
+    """Yield the terms and where they are; of Dahl's, only the one with the best length."""
+    tried = set()
+    for term, where in zip(regressor.terms, regressor.slices):
+        if term.name in tried:
+            continue
+        tried.add(term.name)
+        same = [pair for pair in zip(regressor.terms, regressor.slices)
+                if pair[0].name == term.name]
+        if len(same) > 1:
+            scores = []
+            for _, candidate in same:
+                trial = active.copy()
+                trial[candidate] = True
+                scores.append(sum(
+                    np.log(left_out.squared_error(
+                        weights, trial & _acts_on(regressor, joint), [joint])[joint])
+                    for joint in range(N_JOINTS)))
+            term, where = same[int(np.argmin(scores))]
+        yield term, where
+
+
+def _acts_on(regressor, joint: int) -> np.ndarray:
+    mask = np.zeros(len(regressor.parameters), dtype=bool)
+    mask[regressor.acting(joint)] = True
+    return mask

@@ -1,0 +1,198 @@
+"""How well the model predicts a recording: both methods, three accelerations, every term."""
+
+import numpy as np
+
+from .bands import RunningBands
+from .playback import play
+from .results import ESTIMATORS
+from .results import Evaluation
+from .results import METHODS
+from .results import TERMS
+from .running import RunningErrors
+from .running import RunningSquares
+from ..newton_euler import NewtonEuler
+from ..signals.continuity import GAP
+from ..signals.events import Event
+from ..signals.events import REMEDIES
+from ..signals.settings import PredictorSettings
+
+# Stamps that the robot makes deviate from their period by 0.4 % of it, times of arrival by more
+# than all of it.
+_IRREGULAR = 0.3
+_FEW = 100  # predictions, under which numbers mean little
+
+
+class Evaluator:
+    """
+    Judges recordings one after another, and all of them together.
+
+    Parameters
+    ----------
+    values : dict
+        Settings of the predictor, as the node's parameters; without the arm.
+
+    Raises
+    ------
+    ArgumentError
+        If a setting is refused.
+
+    """
+
+    def __init__(self, values: dict):
+        self._values = {**values, 'method': 'lagrange_euler'}
+        PredictorSettings(self._values)  # refuses what cannot be used, before work begins
+        self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
+        self._shares = RunningSquares()
+
+    def evaluate(self, recording, sink=None) -> Evaluation:
+        """
+        Judge a recording.
+
+        Parameters
+        ----------
+        recording : Recording
+            An iterable of joint states with a name, a topic and an arm.
+        sink : callable, optional
+            Given each :class:`~.playback.Block` and its :class:`~.signals.predictor.Prediction`.
+
+        """
+        settings = PredictorSettings({**self._values, 'arm': recording.arm})
+        run = _Run(settings)
+        for block in play(recording, run.predictor):
+            prediction = run.take(block)
+            if sink is not None:
+                sink(block, prediction)
+        for name, errors in run.errors.items():
+            self._errors[name].include(errors)
+        self._shares.include(run.shares)
+        return run.result(recording)
+
+    def totals(self) -> tuple:
+        """Return methods, estimators and shares over all recordings so far."""
+        return _results(self._errors, METHODS), _results(self._errors, ESTIMATORS), (
+            self._shares.result())
+
+
+class _Run:
+    """One recording being judged."""
+
+    def __init__(self, settings: PredictorSettings):
+        self.settings = settings
+        self.predictor = settings.predictor()
+        self.newton_euler = NewtonEuler(settings.arm)
+        self.errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
+        self.shares = RunningSquares()
+        self.bands = RunningBands(['measured', *METHODS,
+                                   *('error_' + name for name in METHODS + ESTIMATORS)])
+        self._clock = _Clock()
+
+    def take(self, block):
+        """Take a block in, and return its Prediction."""
+        estimate, model = block.estimate, self.settings.effort_model
+        prediction = self.predictor.predict(estimate)
+        q, qd, qdd, z = estimate.q, estimate.qd, estimate.qdd, estimate.presliding
+        measured = estimate.measured
+        efforts = {'lagrange_euler': prediction.effort,
+                   'newton_euler': self._effort(q, qd, qdd, z)}
+        # The others need what the closed form needs, and get it from the faster method: the two
+        # agree to 1e-12.
+        live = self._effort(block.q, block.qd, qdd, z)
+        difference = self._effort(block.q, block.qd, block.first_difference, z)
+        aligned = prediction.effort if self.settings.values['align'] else np.full_like(q, np.nan)
+        pairs = {**{name: (measured, effort) for name, effort in efforts.items()},
+                 'first_difference': (block.effort, difference),
+                 'butterworth_live': (block.effort, live),
+                 'butterworth_aligned': (measured, aligned)}
+        for name, pair in pairs.items():
+            valid = np.isfinite(pair[0][:, 0]) & np.isfinite(pair[1][:, 0])
+            self.errors[name].add(*(x[valid] for x in pair))
+        mass, coriolis, gravity = self.settings.arm.dynamics.terms(q, qd)
+        self.shares.add(
+            inertial=np.einsum('nij,nj->ni', mass, qdd),
+            coriolis=np.einsum('nij,nj->ni', coriolis, qd), gravity=gravity,
+            spring=model.spring(q), friction=model.friction(qd, z),
+            other=np.broadcast_to(model.other(q, qdd), q.shape))
+        self.bands.add(self._clock.elapsed(estimate.stamp_ns), np.stack(
+            [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
+        return prediction
+
+    def _effort(self, q, qd, qdd, presliding):
+        valid = np.isfinite(qd[:, 0]) & np.isfinite(qdd[:, 0])
+        tau = np.full(q.shape, np.nan)
+        tau[valid] = self.newton_euler.inverse_dynamics(q[valid], qd[valid], qdd[valid])
+        return self.settings.effort_model.effort(tau, q, qd, qdd, presliding)
+
+    def result(self, recording) -> Evaluation:
+        """Return what was found."""
+        counts = {getattr(key, 'value', key): n for key, n in self.predictor.counts.items()}
+        time, bands = self.bands.result()
+        shares = self.shares.result()
+        return Evaluation(
+            name=recording.name, topic=recording.topic, arm=recording.arm,
+            duration=self._clock.duration, rate=self._clock.rate, counts=counts,
+            warnings=tuple(self._warnings()), methods=_results(self.errors, METHODS),
+            estimators=_results(self.errors, ESTIMATORS),
+            shares={name: shares[name] for name in TERMS if name in shares},
+            time=time, bands=bands)
+
+    def _warnings(self):
+        counts = self.predictor.counts
+        if not counts['predicted']:
+            yield ("nothing could be predicted: the arm's joint states are too few, or never "
+                   'go on for long enough for the filter to settle')
+        elif counts['predicted'] < _FEW:
+            yield f'only {counts["predicted"]} predictions: these numbers mean little'
+        if not counts[Event.REPEATED_STAMP] and self._clock.irregularity > _IRREGULAR:
+            yield (f'stamps are irregular: their period deviates by '
+                   f'{100 * self._clock.irregularity:.0f} %. They look like times of arrival, '
+                   "which blur the accelerations: record with the robot's own stamps")
+        for event, remedy in REMEDIES.items():
+            if counts[event]:
+                yield f'{counts[event]} x {event.value}: {remedy}'
+
+
+class _Clock:
+    """The predictions' stamps: how far apart they are, and a time axis made of them."""
+
+    def __init__(self):
+        self._last = None  # stamp [ns]
+        self._now = 0.0  # end of the time axis [s]
+        self._n = 0
+        self._sum = 0.0
+        self._squares = 0.0
+
+    def elapsed(self, stamps_ns: np.ndarray) -> np.ndarray:
+        """Return the time since the first stamp (n,) [s]; it stands still where stamps go back."""
+        first = stamps_ns[0] if self._last is None else self._last
+        dt = np.diff(stamps_ns, prepend=first) * 1e-9
+        self._last = stamps_ns[-1]
+        within = dt[(dt > 0.0) & (dt <= GAP)]
+        self._n += len(within)
+        self._sum += within.sum()
+        self._squares += (within ** 2).sum()
+        time = self._now + np.cumsum(np.maximum(dt, 0.0))
+        self._now = time[-1]
+        return time
+
+    @property
+    def duration(self) -> float:
+        """Time covered, without gaps [s]."""
+        return float(self._sum)
+
+    @property
+    def rate(self) -> float:
+        """Predictions a second, gaps left out [Hz]."""
+        return float(self._n / self._sum) if self._sum else 0.0
+
+    @property
+    def irregularity(self) -> float:
+        """Deviation of the period, as a share of it."""
+        if not self._sum:
+            return 0.0
+        mean = self._sum / self._n
+        return float(np.sqrt(max(self._squares / self._n - mean ** 2, 0.0)) / mean)
+
+
+def _results(errors: dict, names: tuple) -> dict:
+    results = {name: errors[name].result() for name in names}
+    return {name: result for name, result in results.items() if result is not None}

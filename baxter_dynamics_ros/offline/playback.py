@@ -1,0 +1,74 @@
+"""A recording through the node's stream handler, message by message, in blocks to compute on."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.joints import N_JOINTS
+from ..signals.predictor import Estimate
+
+BLOCK = 256  # estimates computed on at a time: what they need stays in the processor's cache
+
+_NOTHING = np.full(N_JOINTS, np.nan)
+
+
+class Block(NamedTuple):
+    """Consecutive estimates of one arm, n of them, and what was measured when they were made."""
+
+    received_ns: np.ndarray  # (n,) when the newest message was recorded [ns]
+    estimate: Estimate  # arrays (n, 7); NaN where no effort was measured
+    q: np.ndarray  # (n, 7) newest position [rad]
+    qd: np.ndarray  # (n, 7) newest velocity [rad/s]; NaN where none was measured
+    effort: np.ndarray  # (n, 7) newest effort [N m]; NaN where none was measured
+    first_difference: np.ndarray  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
+
+
+def play(messages, predictor):
+    """
+    Play joint states to a stream handler.
+
+    Parameters
+    ----------
+    messages : iterable
+        Of (stamp_ns, names, position, velocity, effort, received_ns), as in
+        :meth:`~.signals.predictor.Predictor.handle`.
+    predictor : Predictor
+        Takes them all; its counts tell what it met.
+
+    Yields
+    ------
+    Block
+        Of up to BLOCK estimates, in order.
+
+    """
+    rows, previous = [], None
+    for stamp_ns, names, position, velocity, effort, received_ns in messages:
+        estimate = predictor.estimate(stamp_ns, names, position, velocity, effort)
+        latest = predictor.latest
+        if estimate is not None:
+            rows.append((received_ns, estimate, latest, previous))
+            if len(rows) == BLOCK:
+                yield _stacked(rows)
+                rows = []
+        previous = latest
+    if rows:
+        yield _stacked(rows)
+
+
+def _stacked(rows: list) -> Block:
+    received, estimates, newest, previous = zip(*rows)
+    stamp, q, qd, qdd, measured, presliding = zip(*estimates)
+    velocity = _array([state.qd for state in newest])
+    dt = np.array([now.stamp_ns - then.stamp_ns for now, then in zip(newest, previous)]) * 1e-9
+    difference = (velocity - _array([state.qd for state in previous])) / dt[:, None]
+    return Block(
+        np.array(received),
+        Estimate(np.array(stamp), np.array(q), np.array(qd), np.array(qdd), _array(measured),
+                 np.array(presliding)),
+        np.array([state.q for state in newest]), velocity,
+        _array([state.effort for state in newest]), difference)
+
+
+def _array(values) -> np.ndarray:
+    """Stack arrays (7,) of which some may be None, to (n, 7) with NaN for these."""
+    return np.array([_NOTHING if value is None else value for value in values])
