@@ -2,7 +2,9 @@
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.core.exceptions import ArgumentError
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.core.joints import POSITION_LOWER
 from baxter_dynamics_ros.core.joints import POSITION_UPPER
@@ -10,14 +12,16 @@ from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
 import pytest
 
-pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+mujoco = pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.plant import Plant  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES  # noqa: E402
 from baxter_dynamics_ros.simulation.sensors import Sensors  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import circle  # noqa: E402
 
 PERIOD = 0.01  # [s]
+ORDER = [JOINT_STATE_NAMES.index(name) for name in joint_names('right')]
 
 
 def run(robot, seconds, side='right'):
@@ -82,6 +86,13 @@ def test_velocity_lags_position_by_13_and_a_half_milliseconds():
     assert lags[np.argmin(error)] == pytest.approx(0.0135, abs=2e-4)
 
 
+def test_velocity_takes_the_arm_for_resting_before_the_first_reading():
+    sensors = Sensors(0.001, noise=False)
+    for position in [0.0] + 6 * [0.011]:
+        sensors.read(np.full(7, position), np.zeros(7))
+    np.testing.assert_allclose(sensors.publish()[1], 0.011 / 0.022)
+
+
 def test_noise_and_quanta_at_rest_are_those_measured():
     sensors, rows = Sensors(0.001, seed=3), []
     for _ in range(3000):
@@ -142,3 +153,143 @@ def test_a_description_that_is_none_is_a_clear_error(tmp_path):
     wrong.write_text('<robot name="other"/>')
     with pytest.raises(DescriptionError, match='no joint right_s0'):
         FakeBaxter(description=wrong)
+
+
+# What the fake Baxter can have beyond the default, one by one.
+
+LOAD = Payload(1.1, (0.04, -0.03, 0.08), (0.05, 0.045, 0.04, 0.012, -0.01, 0.008))
+
+
+def with_truth(trajectory='hold', **truth):
+    """Return a fake Baxter that has that and nothing else: no spring, friction or noise."""
+    model = EffortModel(spring_coefficients=np.zeros(5), **truth)
+    return FakeBaxter(trajectory=trajectory, noise=False, truth=model)
+
+
+def one(joint, value):
+    """Return zeros (7,) but for one joint."""
+    return np.where(np.arange(7) == joint, value, 0.0)
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+def test_payload_shows_at_rest_as_its_weight_in_the_joints(side):
+    loaded, empty = (FakeBaxter(side, 'hold', friction=False, noise=False, payload=payload)
+                     for payload in (LOAD, None))
+    (q, qd, effort), (_, _, before) = run(loaded, 0.3, side), run(empty, 0.3, side)
+    arm = BaxterArm(mount=mount(side))
+    jacobian, rotation = arm.jacobian(q[-1]), arm.forward_kinematics(q[-1])[:3, :3]
+    lever = rotation @ LOAD.center_of_mass
+    at_center = jacobian[:3] + np.cross(jacobian[3:].T, lever).T
+    weight = np.array([0.0, 0.0, -9.81 * LOAD.mass])
+    np.testing.assert_allclose(effort[-1] - before[-1], -at_center.T @ weight, atol=0.02)
+    assert np.abs(effort[-1] - before[-1]).max() > 4.0
+    assert np.abs(qd).max() < 1e-3  # it was at rest before, too
+
+
+def test_payload_and_tilt_move_as_in_the_model(random_states):
+    gravity = (0.3, -0.2, -9.8)
+    plant = Plant('left', truth=EffortModel.rigid(), payload=LOAD, gravity=gravity)
+    states, expected = random_states(200), []
+    for plant.data.qpos, plant.data.qvel, plant.data.qacc in zip(*states):
+        mujoco.mj_inverse(plant.model, plant.data)
+        expected.append(plant.data.qfrc_inverse.copy())
+    arm = BaxterArm(payload=LOAD, gravity=gravity, mount=mount('left'))
+    np.testing.assert_allclose(arm.inverse_dynamics(*states), expected, atol=0.03)
+
+
+def test_the_robot_itself_knows_neither_payload_nor_tilt_nor_cables():
+    plain = Plant('right')
+    laden = Plant('right', payload=LOAD, gravity=(0.3, -0.2, -9.8),
+                  truth=EffortModel(stiffness=np.ones(7), bias=np.ones(7)))
+    for plant in (plain, laden):
+        plant.place(np.array([0.3, -0.6, 0.1, 1.4, 0.2, 0.8, 0.4]))
+    np.testing.assert_allclose(laden.holding_torque(), plain.holding_torque(), atol=1e-12)
+    np.testing.assert_allclose(plain.static_torque(), plain.holding_torque(), atol=1e-12)
+    assert np.abs(laden.static_torque() - laden.holding_torque()).max() > 5.0
+
+
+def test_a_payload_that_is_a_point_is_one():
+    point = FakeBaxter(trajectory='hold', friction=False, noise=False,
+                       payload=Payload(0.7, (0.0, 0.0, 0.1)))
+    q, _, effort = run(point, 0.1)
+    arm = BaxterArm(payload=Payload(0.7, (0.0, 0.0, 0.1)))
+    np.testing.assert_allclose(effort[-1], arm.gravity(q[-1]) + EffortModel().spring(q[-1]),
+                               atol=0.02)
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+def test_tilt_shows_on_both_arms_as_gravity_in_another_direction(side):
+    gravity = (0.3, -0.2, -9.8)
+    robot = FakeBaxter('right', 'hold', friction=False, noise=False, gravity=gravity)
+    q, qd, effort = run(robot, 0.3, side)
+    spring = EffortModel().spring(q[-1])
+    arm = BaxterArm(mount=mount(side), gravity=gravity)
+    np.testing.assert_allclose(effort[-1], arm.gravity(q[-1]) + spring, atol=0.02)
+    upright = BaxterArm(mount=mount(side)).gravity(q[-1]) + spring
+    assert np.abs(effort[-1] - upright).max() > 0.2
+    assert np.abs(qd).max() < 1e-3
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+def test_bias_is_an_offset_of_the_measured_effort_alone(side):
+    bias = np.array([0.5, -0.4, 0.3, -0.2, 0.1, 0.05, -0.02])
+    biased, plain = (run(with_truth('circle', **truth), 0.5, side)
+                     for truth in ({'bias': bias}, {}))
+    np.testing.assert_array_equal(biased[:2], plain[:2])
+    np.testing.assert_allclose(biased[2] - plain[2], np.tile(bias, (50, 1)), atol=1e-9)
+
+
+def test_stiffness_of_cables_shows_at_rest():
+    stiffness = np.array([2.0, -1.5, 1.0, 0.8, 0.4, -0.3, 0.2])
+    q, qd, effort = run(with_truth(stiffness=stiffness), 0.3)
+    np.testing.assert_allclose(effort[-1] - BaxterArm().gravity(q[-1]), stiffness * q[-1],
+                               atol=0.02)
+    assert np.abs(qd).max() < 1e-3
+
+
+@pytest.mark.parametrize('term', ['added_inertia', 'viscous'])
+def test_added_inertia_and_viscous_friction_show_in_motion(term):
+    robot = with_truth('switch', **{term: one(0, 0.4)})
+    rows = []
+    for k in range(1, 3001):  # every time step, so that the effort is of this very state
+        before = robot.plant.q, robot.plant.qd
+        robot.advance(k * 1e-3)
+        rows.append((*before, robot.plant.data.qacc.copy(), robot.joint_state()[2][ORDER]))
+    q, qd, qdd, effort = np.array(rows).transpose(1, 0, 2)
+    shown = (effort - BaxterArm().inverse_dynamics(q, qd, qdd))
+    expected = 0.4 * (qdd if term == 'added_inertia' else qd)[:, 0]
+    assert np.abs(expected).max() > 0.4
+    np.testing.assert_allclose(shown[:, 0], expected, atol=0.02)
+    np.testing.assert_allclose(shown[:, 1:], 0.0, atol=0.02)
+
+
+def test_dahls_friction_is_a_loop_of_twice_its_height_that_turns_within_its_length():
+    robot = with_truth('lift', dahl=one(1, 1.5), dahl_length=0.05)
+    rows = []
+    for k in range(1, 1701):
+        robot.advance(k * PERIOD)
+        rows.append((robot.plant.q, robot.plant.qd, robot.joint_state()[2][ORDER]))
+    q, qd, effort = np.array(rows).transpose(1, 0, 2)
+    qdd = np.gradient(qd, PERIOD, axis=0)
+    friction = (effort - BaxterArm().inverse_dynamics(q, qd, qdd))[300:, 1]
+    s1, speed = q[300:, 1], qd[300:, 1]
+    assert np.median(friction[speed > 0.05]) == pytest.approx(1.5, abs=0.03)
+    assert np.median(friction[speed < -0.05]) == pytest.approx(-1.5, abs=0.03)
+    period = round(4 * np.pi / PERIOD)
+    np.testing.assert_allclose(friction[period:], friction[:-period], atol=0.05)  # it closes
+    turn = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))[0]
+    for angle in (0.02, 0.05, 0.1):  # after it turns round, from -1.5
+        there = turn + np.argmax(s1[turn:] > s1[turn] + angle)
+        expected = 1.5 - 3.0 * np.exp(-angle / 0.05)
+        assert friction[there] == pytest.approx(expected, abs=0.06)
+
+
+def test_what_no_arm_can_have_is_a_clear_error():
+    with pytest.raises(ArgumentError, match='truth.added_inertia: .* less inertia'):
+        with_truth(added_inertia=one(3, -0.1))
+    with pytest.raises(ArgumentError, match='truth: .* leave the arguments'):
+        FakeBaxter(truth=EffortModel(), friction=False)
+    with pytest.raises(ArgumentError, match='gravity: expected shape'):
+        FakeBaxter(gravity=(0.0, -9.81))
+    with pytest.raises(ArgumentError, match='trajectory: expected one of circle, switch'):
+        FakeBaxter(trajectory='spiral')

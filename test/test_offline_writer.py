@@ -12,8 +12,6 @@ from baxter_dynamics_ros.offline.bags import open_bag  # noqa: E402, I100
 from baxter_dynamics_ros.offline.diagnosis import BagError  # noqa: E402
 from baxter_dynamics_ros.offline.writer import BagWriter  # noqa: E402
 from rosbags.highlevel import AnyReader  # noqa: E402
-from rosbags.typesys import get_typestore  # noqa: E402
-from rosbags.typesys import Stores  # noqa: E402
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 START = 1_700_000_000_123_456_789  # [ns]

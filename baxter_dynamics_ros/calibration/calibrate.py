@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .checks import long_enough
 from .checks import one_arm
 from .checks import refuse
 from .checks import warnings
@@ -52,12 +53,12 @@ def calibrate(recordings: list, values: dict = None, inertial: bool = False,
     values = dict(PredictorSettings({**(values or {}), 'arm': arm}).values)
     motions = _observed(recordings, values, say)
     refuse(motions)
-    lag = velocity_lag(motions)
+    lag = velocity_lag(long_enough(motions))
     if lag is not None and abs(lag.value - values['acceleration.velocity_lag']) > _LAG_OFF:
         values['acceleration.velocity_lag'] = round(max(lag.value, 0.0), 4)
         motions = _observed(recordings, values, say)  # with the filter's delay as it should be
     notes = list(warnings(motions))
-    motions = [motion for motion in motions if len(motion)]
+    motions = long_enough(motions)
     by_time = len(motions) == 1
     if by_time:
         motions = _split(motions[0])
@@ -97,7 +98,7 @@ def _terms(settings, motions, only, asked: dict, notes: list) -> list:
     if not shape and not only and settings.effort_model.has_spring:
         notes.append(f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to {upper:g} "
                      'rad: its shape is kept, only gain and offset can be fitted')
-    terms = all_terms(settings, shape, constant='spring' in only)
+    terms = all_terms(settings, shape, constant='spring' in only and 'bias' not in only)
     names = {term.name for term in terms}
     for name in only:
         if name not in names:

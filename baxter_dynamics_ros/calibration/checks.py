@@ -2,13 +2,15 @@
 
 import numpy as np
 
+from .excitation import MOVES
+from .excitation import turning
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import JOINTS
 from ..signals.events import Event
 from ..signals.events import REMEDIES
 
+_SHORT = 1.0  # a recording that is shorter is left out [s]
 SHORTEST = 10.0  # recordings' length together, below which nothing can be fitted [s]
-_MOVES = 0.05  # a joint that never exceeds this speed does not move [rad/s]
 
 
 class CalibrationError(BaxterDynamicsError):
@@ -26,6 +28,11 @@ def one_arm(recordings) -> str:
     return arms[0]
 
 
+def long_enough(motions: list) -> list:
+    """Return the motions that are long enough to say anything."""
+    return [motion for motion in motions if motion.duration >= _SHORT]
+
+
 def refuse(motions: list):
     """Refuse what cannot be fitted to, with the reason."""
     counts = {}
@@ -39,23 +46,26 @@ def refuse(motions: list):
         if counts.get(event, 0) > 0.5 * taken:
             raise CalibrationError(f'{counts[event]} of {taken} joint states have no valid effort '
                                    f'({REMEDIES[event]}): there is nothing to fit to')
-    duration = sum(motion.duration for motion in motions)
+    duration = sum(motion.duration for motion in long_enough(motions))
     if duration < SHORTEST:
         raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
                                f'{SHORTEST:g} s, better a minute (--plan shows one)')
     fastest = np.max([np.abs(motion.qd).max(0) for motion in motions if len(motion)], axis=0)
-    if (fastest < _MOVES).all():
+    if (fastest < MOVES).all():
         raise CalibrationError(f'no joint moves faster than {fastest.max():.3f} rad/s: record a '
                                'motion that turns every joint round (--plan shows one)')
 
 
 def warnings(motions: list):
     """Yield what a reader should know of the recordings, a line each."""
-    still = [joint for i, joint in enumerate(JOINTS)
-             if max(np.abs(motion.qd[:, i]).max() for motion in motions) < _MOVES]
-    if still:
-        yield f'{", ".join(still)}: never moves faster than {_MOVES:g} rad/s'
+    moving = np.abs(np.concatenate([motion.qd for motion in motions])).max(0) > MOVES
+    for which, what in ((~moving, f'never moves faster than {MOVES:g} rad/s'),
+                        (moving & ~turning(motions), 'turns one way only')):
+        if which.any():
+            yield f'{", ".join(JOINTS[i] for i in np.flatnonzero(which))}: {what}'
     for motion in motions:
+        if motion.duration < _SHORT:
+            yield f'{motion.name}: {motion.duration:.1f} s of motion are too short: left out'
         for event, remedy in REMEDIES.items():
             if motion.counts.get(event):
                 yield f'{motion.name}: {motion.counts[event]} x {event.value}: {remedy}'

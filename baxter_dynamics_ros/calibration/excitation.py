@@ -5,12 +5,22 @@ import numpy as np
 from .normal import information
 from ..core.joints import JOINTS
 
+MOVES = 0.05  # a joint that never exceeds this speed does not move [rad/s]
+
 _UNKNOWN = 0.7  # share of the prior's uncertainty that is left, above which nothing was learnt
 
 
-def unknown(regressor, normal, weights: np.ndarray) -> tuple:
+def turning(motions: list) -> np.ndarray:
+    """Return which joints turn round, that is, move both ways: (7,) of bool."""
+    qd = np.concatenate([motion.qd for motion in motions])
+    return (qd.max(0) > MOVES) & (qd.min(0) < -MOVES)
+
+
+def unknown(regressor, normal, weights: np.ndarray, turning: np.ndarray) -> tuple:
     """
     Find the joints' own parameters that the data cannot tell, even alone beside the bias.
+
+    Those of a joint that does not turn round are among them: noise would be fitted to noise.
 
     Parameters
     ----------
@@ -20,6 +30,8 @@ def unknown(regressor, normal, weights: np.ndarray) -> tuple:
         Of all the data.
     weights : ndarray (7,)
         1 / variance of each joint's residual [1/(N m)^2].
+    turning : ndarray (7,) of bool
+        Which joints turn round.
 
     Returns
     -------
@@ -41,7 +53,7 @@ def unknown(regressor, normal, weights: np.ndarray) -> tuple:
                 active[[k, *(start + joint for start in bias)]] = True
                 inverse = np.linalg.inv(information(normal, weights, parameters, active))
                 variance = np.diag(inverse)[np.flatnonzero(active) == k].item()
-                if np.sqrt(variance) > _UNKNOWN * parameters[k].prior:
+                if not turning[joint] or np.sqrt(variance) > _UNKNOWN * parameters[k].prior:
                     mask[k] = True
                     if term.name not in lost.setdefault(name, []):
                         lost[name].append(term.name)

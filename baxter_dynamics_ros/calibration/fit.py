@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .excitation import turning
 from .excitation import unknown
 from .motion import Motion
 from .noise import correlation_times
@@ -55,7 +56,7 @@ class Fit:
         self._regressor = Regressor(PredictorSettings(values), terms)
         self._sum_up()
         weights = self._weights(self._spread(), SHORTEST)
-        mask, self.lost = unknown(self._regressor, self._whole, weights)
+        mask, self.lost = unknown(self._regressor, self._whole, weights, turning(motions))
         selection = select(self._regressor, self._folds, weights, wanted, mask)
         self.steps, self._active = selection.steps, selection.active
         self._free = self._active & ~self._tied()
@@ -90,10 +91,10 @@ class Fit:
         self._whole = sum(self._folds[1:], self._folds[0])
 
     def _spread(self) -> np.ndarray:
-        """Return the RMS (7,) that is left when each joint has its bias [N m]."""
+        """Return the RMS (7,) that is left when each joint has its bias, the hand its load [N m]."""
         active = np.zeros(len(self._regressor.parameters), dtype=bool)
         for term, where in zip(self._regressor.terms, self._regressor.slices):
-            active[where] = term.name == 'bias'
+            active[where] = term.name in ('bias', 'payload')
         b = solve(self._whole, np.ones(N_JOINTS), self._regressor.parameters, active)
         return np.sqrt(self._whole.squared_error(b) / self._whole.count)
 

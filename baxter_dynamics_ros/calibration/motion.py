@@ -42,8 +42,10 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """From the first to the last estimate [s]."""
-        return float(self.time[-1] - self.time[0]) if len(self) else 0.0
+        """Time that the estimates cover, without gaps [s]."""
+        if not len(self):
+            return 0.0
+        return float(sum(np.ptp(self.time[segment]) for segment in self.segments))
 
     @property
     def period(self) -> float:

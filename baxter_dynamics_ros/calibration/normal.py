@@ -114,8 +114,10 @@ class Regressor:
             sample = Sample(part, presliding[rows], self.settings.arm)
             tau = self.settings.arm.dynamics.inverse_dynamics(part.q, part.qd, part.qdd)
             y = part.effort - model.effort(tau, part.q, part.qd, part.qdd, now[rows])
-            columns = [np.concatenate([term.columns(sample, joint) for term in self.terms
-                                       if term.acting(joint)], axis=1)
+            nothing = np.empty((len(part), 0))
+            columns = [np.concatenate([nothing, *(term.columns(sample, joint)
+                                                  for term in self.terms if term.acting(joint))],
+                                      axis=1)
                        for joint in range(N_JOINTS)]
             for joint, x in enumerate(columns):
                 y[:, joint] += x @ self._deviation[self._acting[joint]]

@@ -32,6 +32,7 @@ _TORQUE = 0.04 * np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # [N m]
 _INERTIA = 0.5  # [kg m^2]
 _GAIN = 0.2  # of the spring's given shape [-]
 _SHAPE = 5.0  # a coefficient of the spring [N m]
+_NEW_SHAPE = 100.0  # ... where nothing is known of it
 _TILT = 0.3  # horizontal gravity: 1.75 degrees [m/s^2]
 _LINK = 0.1  # [-]: 10 % of the mass, and of the radius of gyration for the centre of mass
 _PAYLOAD_MASS = 3.0  # [kg]
@@ -73,12 +74,13 @@ class Sample:
 
     @cached_property
     def horizontal_gravity(self) -> np.ndarray:
-        """Torques per unit of gravity along the base's x and y, (n, 7, 2)."""
+        """Torques per unit of gravity along the base's x and y, its size kept, (n, 7, 2)."""
         arm = self.arm
+        x, y, z = arm.gravity_vector
         return np.stack([
             BaxterArm(payload=arm.payload, gravity=direction, mount=arm.mount,
                       parameters=arm.parameters).dynamics.gravity(self.motion.q)
-            for direction in np.eye(3)[:2]], axis=-1)
+            for direction in ((1.0, 0.0, -x / z), (0.0, 1.0, -y / z))], axis=-1)
 
 
 class PerJoint:
@@ -141,7 +143,8 @@ class Spring:
         names = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
         if shape:
             self._units = np.eye(5)[0 if constant else 1:]
-            self.parameters = tuple(Parameter(f'spring {name}', 'N m', _SHAPE)
+            prior = _NEW_SHAPE if constant else _SHAPE
+            self.parameters = tuple(Parameter(f'spring {name}', 'N m', prior)
                                     for name in names[0 if constant else 1:])
         else:
             self._units = model.spring_coefficients[None]
@@ -350,7 +353,10 @@ def all_terms(settings, shape: bool, constant: bool = False) -> list:
 
     """
     model = settings.effort_model
-    terms = [PerJoint('bias', 'N m', _TORQUE, _ones)]
+    terms = [
+        PerJoint('bias', 'N m', _TORQUE, _ones),
+        Tool(settings.arm.payload),  # friction pays next to nothing while a load is not known
+    ]
     if shape or model.has_spring:
         terms.append(Spring(model, shape, constant))
     terms += [
@@ -361,10 +367,10 @@ def all_terms(settings, shape: bool, constant: bool = False) -> list:
         PerJoint('added_inertia', 'kg m^2', np.full(N_JOINTS, _INERTIA),
                  lambda sample: sample.motion.qdd),
     ]
-    if settings.arm.gravity_vector.any():
+    if settings.arm.gravity_vector[2]:
         terms.append(Tilt())
     return [
-        *terms, Links(settings.arm), Tool(settings.arm.payload),
+        *terms, Links(settings.arm),
         # Last, for over a small range a spring passes for many things; at s1 there is the spring.
         PerJoint('stiffness', 'N m/rad', _TORQUE, lambda sample: sample.motion.q, without=(S1,)),
     ]

@@ -1,10 +1,16 @@
 """baxter_dynamics: the command and its subcommands."""
 
 import argparse
+import importlib
+import shlex
 import sys
 
 from .. import __version__
 from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import SIDES
+
+TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt')
+TRAJECTORIES = ('circle', 'switch', 'lift')
 
 
 def main(arguments=None) -> int:
@@ -17,23 +23,11 @@ def main(arguments=None) -> int:
         Exit code: 0, or 1 with the reason on stderr.
 
     """
-    parser = argparse.ArgumentParser(
-        prog='baxter_dynamics',
-        description="Lagrange-Euler dynamics of the Baxter robot's arms, beside ROS 2.")
-    parser.add_argument('--version', action='version', version=__version__)
-    commands = parser.add_subparsers(dest='command', required=True)
-    demo = commands.add_parser(
-        'demo', help='run the predictor on a fake Baxter, and show what it finds',
-        description='Start a fake Baxter and the predictor as processes of their own, compare '
-        'what is predicted with what is measured, call both services, and save a picture.')
-    demo.add_argument('--duration', type=_duration, default=20.0, metavar='SECONDS',
-                      help='how long to look (default: %(default)s)')
-    demo.add_argument('--output', default='baxter_dynamics_demo.png', metavar='FILE',
-                      help='the picture; its ending says which kind (default: %(default)s)')
-    demo.add_argument('--arm', choices=('right', 'left'), default='right')
-    options = parser.parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    options = _parser().parse_args(arguments)
+    options.command_line = shlex.join(['baxter_dynamics', *arguments])
     try:
-        return _demo(options)
+        return options.run(options)
     except BaxterDynamicsError as error:
         print(f'baxter_dynamics {options.command}: {error}', file=sys.stderr)
         return 1
@@ -41,20 +35,143 @@ def main(arguments=None) -> int:
         return 130
 
 
-def _demo(options) -> int:
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='baxter_dynamics',
+        description="Lagrange-Euler dynamics of the Baxter robot's arms, beside ROS 2.")
+    parser.add_argument('--version', action='version', version=__version__)
+    commands = parser.add_subparsers(dest='command', required=True)
+    _add_demo(commands)
+    _add_experiment(commands)
+    _add_evaluate(commands)
+    _add_calibrate(commands)
+    return parser
+
+
+def _add_demo(commands):
+    demo = commands.add_parser(
+        'demo', help='run the predictor on a fake Baxter, and show what it finds',
+        description='Start a fake Baxter and the predictor as processes of their own, compare '
+        'what is predicted with what is measured, call both services, and save a picture.')
+    demo.add_argument('--duration', type=_seconds, default=20.0, metavar='SECONDS',
+                      help='how long to look (default: %(default)s)')
+    demo.add_argument('--output', default='baxter_dynamics_demo.png', metavar='FILE',
+                      help='the picture; its ending says which kind (default: %(default)s)')
+    demo.add_argument('--arm', choices=SIDES, default='right')
+    demo.set_defaults(run=lambda options: _load('demo', 'demo').run(
+        options.arm, options.duration, options.output))
+
+
+def _add_experiment(commands):
+    experiment = commands.add_parser(
+        'experiment', help="record one of the paper's trajectories on the fake Baxter, and judge",
+        description="Run one of the paper's trajectories, 3(a) circle, 3(b) switch or 3(c) lift, "
+        'on the fake Baxter, record it as a rosbag2, and evaluate it. No robot is commanded.')
+    experiment.add_argument('trajectory', choices=TRAJECTORIES)
+    experiment.add_argument('-o', '--output', metavar='DIR',
+                            help='new folder for the bag and the report '
+                            '(default: baxter_experiment_TRAJECTORY)')
+    experiment.add_argument('--rate', type=float, choices=(50.0, 100.0), default=100.0,
+                            help="joint states a second; the paper's is 50 (default: 100)")
+    experiment.add_argument('--duration', type=_seconds, metavar='SECONDS',
+                            help='default: whole periods of the trajectory, about a minute')
+    experiment.add_argument('--arm', choices=SIDES, default='right')
+    experiment.add_argument('--seed', type=_seed, default=0, metavar='N',
+                            help='of the noise (default: %(default)s)')
+    experiment.set_defaults(run=lambda options: _load('experiment', 'demo').run(
+        options.trajectory, options.output or f'baxter_experiment_{options.trajectory}',
+        options.rate, options.duration, options.arm, options.seed, options.command_line))
+
+
+def _add_evaluate(commands):
+    evaluate = commands.add_parser(
+        'evaluate', help='judge how well the model predicts recordings, as a report',
+        description='Predict the effort in recordings by the code of the node, compare it with '
+        'the effort that was measured, and write a report: report.html, its figures, '
+        'summary.csv and summary.json.')
+    _add_input(evaluate)
+    evaluate.add_argument('-o', '--output', default='baxter_evaluation', metavar='DIR',
+                          help="the report's folder (default: %(default)s)")
+    evaluate.add_argument('--save-bag', metavar='OUT',
+                          help='write a new bag: what the recording holds, and beside it the '
+                          'predicted effort and the residual')
+    evaluate.set_defaults(run=lambda options: _load('evaluate', 'offline').run(
+        options.bags, options.output, options.arm, options.topic, options.params,
+        options.save_bag, options.command_line))
+
+
+def _add_calibrate(commands):
+    calibrate = commands.add_parser(
+        'calibrate', help='fit the effort model to recordings of your own robot',
+        description='Fit bias, friction, spring, tilt and more to recordings of one arm, keep '
+        'what makes recordings that were left out easier to predict, and write a parameter file '
+        'for torque_predictor and evaluate, with a report beside it.')
+    _add_input(calibrate, at_least='*')
+    calibrate.add_argument('-o', '--output', metavar='FILE',
+                           help='the parameter file (default: my_robot.yaml), its report beside '
+                           'it with the ending .html; with --plan a new folder (default: '
+                           'baxter_plan)')
+    calibrate.add_argument('--inertial', action='store_true',
+                           help="fit the links' inertial parameters, too, as far as bodies can "
+                           'have them')
+    calibrate.add_argument('--payload', action='store_true',
+                           help="fit the tool's mass and centre of mass, too")
+    calibrate.add_argument('--only', nargs='+', default=(), metavar='TERM',
+                           choices=(*TERMS, 'inertial', 'payload'),
+                           help='fit these alone, whatever they buy: '
+                           + ', '.join((*TERMS, 'inertial', 'payload')))
+    calibrate.add_argument('--plan', action='store_true',
+                           help='no calibration: print an exciting motion of one minute, write it '
+                           'to a file, and run it on the fake Baxter')
+    calibrate.add_argument('--seed', type=_seed, default=0, metavar='N',
+                           help='with --plan: of the noise (default: %(default)s)')
+    calibrate.set_defaults(run=_calibrate)
+
+
+def _calibrate(options) -> int:
+    if options.plan:
+        if options.bags:
+            raise BaxterDynamicsError('--plan takes no recordings: it makes one')
+        return _load('plan', 'demo').run_plan(
+            options.output or 'baxter_plan', options.arm or 'right', options.seed)
+    if not options.bags:
+        raise BaxterDynamicsError('name at least one recording, or --plan for how to make one')
+    return _load('calibrate', 'offline').run(
+        options.bags, options.output or 'my_robot.yaml', options.arm, options.topic,
+        options.params, options.inertial, options.payload, options.only, options.command_line)
+
+
+def _add_input(parser, at_least: str = '+'):
+    parser.add_argument('bags', nargs=at_least, metavar='BAG',
+                        help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, or an .npz file')
+    parser.add_argument('--arm', choices=SIDES,
+                        help='which arm (default: the only one in the recording)')
+    parser.add_argument('--topic', help='the joint states (default: /robot/joint_states)')
+    parser.add_argument('--params', metavar='FILE',
+                        help='a parameter file of torque_predictor, such as a calibration')
+
+
+def _load(module: str, extra: str):
+    """Return a module of this folder; the error names the extra that brings what it needs."""
     try:
-        from .demo import run
+        return importlib.import_module(f'.{module}', __package__)
     except ImportError as error:
         raise BaxterDynamicsError(
-            f'{error}. Without ROS, install the demo extra: pip install ".[demo]"; on a ROS '
-            'machine: pip install mujoco hpp-baxter, and rosdep for the rest') from None
-    return run(options.arm, options.duration, options.output)
+            f'{error}. Without ROS, install the {extra} extra: pip install ".[{extra}]"; on a '
+            'ROS machine: pip install what is missing, and rosdep for the rest') from None
 
 
-def _duration(text: str) -> float:
+def _seconds(text: str) -> float:
     value = float(text)
     if not 2.0 <= value <= 3600.0:
         raise argparse.ArgumentTypeError(f'expected 2 to 3600 seconds, got {text}')
+    return value
+
+
+def _seed(text: str) -> int:
+    value = int(text)
+    if not 0 <= value < 2 ** 31:
+        raise argparse.ArgumentTypeError(f'expected 0 to 2147483647, got {text}')
     return value
 
 

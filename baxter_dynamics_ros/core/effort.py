@@ -21,9 +21,10 @@ from .joints import S1
 from .validation import finite
 from .validation import number
 
-# Spring at s1, N m: coefficients of 1, sin q, cos q, sin 2q, cos 2q. Least squares on three
-# recordings of two robots; a hysteresis of about 1 to 1.5 N m is not in it.
-SPRING_COEFFICIENTS = (-1.5003, -6.5882, 32.3304, 7.9174, 3.8172)
+# Spring at s1, N m: coefficients of 1, sin q, cos q, sin 2q, cos 2q. Fitted to recordings of two
+# robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of about
+# 1 to 1.5 N m is not in it. They are alike in what they sum to, not one by one.
+SPRING_COEFFICIENTS = (-5.7466, -8.6679, 38.3573, 9.3798, 2.2237)
 # The s1 angles that those recordings cover [rad]. Beyond, the value at the border is held.
 SPRING_RANGE = (-1.9, 1.0)
 

@@ -17,11 +17,13 @@ from .process import run
 from ..core.exceptions import ArgumentError
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import SIDES
+from ..core.parameters import Payload
 from ..core.validation import finite
+from ..signals.settings import SETTINGS
 
-_STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
 _MAX_BEHIND = 0.5  # [s]; further behind, the robot skips time instead of catching up
 _MAX_FORCE = 200.0  # [N]
+_PHYSICS = ('payload.mass', 'payload.center_of_mass', 'gravity')  # named as the predictor's
 
 
 class FakeBaxterNode(Node):
@@ -31,13 +33,14 @@ class FakeBaxterNode(Node):
         super().__init__('fake_baxter')
         try:
             from ..simulation import robot
-            from ..simulation.trajectories import TRAJECTORIES
+            from ..simulation.recording import JointStates
         except ImportError as error:
             raise BaxterDynamicsError(
                 f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
         self._fixed('arm', 'right', 'The arm that moves: right or left.', SIDES)
-        self._fixed('trajectory', 'circle', "circle: the paper's 3(a). hold: stay where that "
-                    'begins.', tuple(TRAJECTORIES))
+        self._fixed('trajectory', 'circle', "circle, switch, lift: the paper's 3(a) to (c). "
+                    'exciting: 60 s for a calibration. hold: stay where the circle begins.',
+                    robot.TRAJECTORIES)
         self._fixed('spring', True, 'Whether the robot has springs at s1.')
         self._fixed('friction', True, 'Whether the joints have friction.')
         self._fixed('noise', True, 'Whether the sensors have noise and quanta.')
@@ -52,56 +55,54 @@ class FakeBaxterNode(Node):
         self.declare_parameter('force', [0.0, 0.0, 0.0], ParameterDescriptor(
             description="Force on the moving hand, axes of the robot's base [N].",
             additional_constraints=f'3 numbers from {-_MAX_FORCE:g} to {_MAX_FORCE:g}'))
+        load = {name: self._physics(name) for name in _PHYSICS}
         value = {name: self.get_parameter(name).value for name in (
             'arm', 'trajectory', 'spring', 'friction', 'noise', 'seed', 'description', 'force')}
         self._baxter = robot.FakeBaxter(
             value['arm'], value['trajectory'], value['description'] or None, value['spring'],
-            value['friction'], value['noise'], value['seed'])
+            value['friction'], value['noise'], value['seed'],
+            payload=Payload(load['payload.mass'], load['payload.center_of_mass']),
+            gravity=load['gravity'])
         self._baxter.force = _force(value['force'])
         refuse_misspelt(self)
         self.add_on_set_parameters_callback(_verdict)
         self.add_post_set_parameters_callback(self._on_parameters_set)
 
-        self._names = robot.JOINT_STATE_NAMES
-        self._grippers = robot.GRIPPER_NAMES
-        self._period = 1.0 / rate
-        self._ticks = 0
-        self._random = np.random.default_rng(value['seed'])
         self._publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
-        self._start = self.get_clock().now().nanoseconds
-        self.create_timer(self._period, self._on_timer)
-        self.create_timer(1.0 / robot.GRIPPER_RATE, self._on_gripper_timer)
+        self._states = JointStates(self._baxter, rate, value['seed'],
+                                   self.get_clock().now().nanoseconds)
+        self.create_timer(min(1.0 / rate, 1.0 / robot.GRIPPER_RATE), self._on_timer)
         self.get_logger().info(
             f'a Baxter\'s {value["arm"]} arm runs the trajectory {value["trajectory"]}, '
             f'{rate:g} joint states a second on {self._publisher.topic_name}')
 
     def _on_timer(self):
-        now = (self.get_clock().now().nanoseconds - self._start) * 1e-9
-        behind = now - (self._ticks + 1) * self._period
+        now = self.get_clock().now().nanoseconds
+        behind = (now - self._states.due_ns) * 1e-9
         if behind > _MAX_BEHIND:  # the robot's time stands still meanwhile
             self.get_logger().warning(f'{behind:.2f} s behind: this machine is too slow or was '
                                       "stopped; the robot's clock skips")
-            self._start += int(behind * 1e9)
-            now -= behind
-        while (self._ticks + 1) * self._period <= now:  # a stamp lies in the past
-            self._ticks += 1
-            self._baxter.advance(self._ticks * self._period)
-            jitter = self._random.normal(0.0, _STAMP_JITTER)
-            stamp = self._start + round((self._ticks * self._period + jitter) * 1e9)
-            self._publisher.publish(
-                joint_state(self._names, stamp, *self._baxter.joint_state()))
-
-    def _on_gripper_timer(self):
-        still = np.zeros(len(self._grippers))
-        self._publisher.publish(joint_state(
-            self._grippers, self.get_clock().now().nanoseconds, still, still, still))
+            self._states.start_ns += int(behind * 1e9)
+        while self._states.due_ns <= now:  # a stamp lies in the past
+            stamp, names, *fields = next(self._states)
+            self._publisher.publish(joint_state(names, stamp, *fields))
 
     def _on_parameters_set(self, changes):
         for parameter in changes:
             if parameter.name == 'force':
                 self._baxter.force = _force(parameter.value)
                 self.get_logger().info(f'force on the hand: {list(parameter.value)} N')
+
+    def _physics(self, name):
+        """Declare what the predictor has a setting for too, and return its value."""
+        setting = next(setting for setting in SETTINGS if setting.name == name)
+        default = setting.default
+        value = self.declare_parameter(
+            name, list(default) if isinstance(default, tuple) else default,
+            ParameterDescriptor(description=f'{setting.description} [{setting.unit}]',
+                                read_only=True)).value
+        return setting.check(list(value) if isinstance(default, tuple) else value)
 
     def _fixed(self, name, default, description, choices=()):
         """Declare a parameter that is fixed when the node starts."""

@@ -10,10 +10,19 @@ KI_INNER = 6.0 * KP_INNER  # [N m/rad]
 
 
 class DoubleLoop:
-    """Follow joint references: the outer loop asks for a velocity, the inner one for torques."""
+    """
+    Follow joint references: the outer loop asks for a velocity, the inner one for torques.
 
-    def __init__(self):
-        self._integral = np.zeros(len(KP_INNER))
+    Parameters
+    ----------
+    standing : array_like (7,)
+        What its integral supplies at first, beyond the compensation: as if it had long been
+        holding the arm where it starts [N m].
+
+    """
+
+    def __init__(self, standing=np.zeros(len(KP_INNER))):
+        self._integral = standing / KI_INNER
 
     def torque(self, q_r, qd_r, q, qd, holding, dt: float) -> np.ndarray:
         """

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import joint_names
+from ..core.parameters import Payload
 
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'hpp-baxter', 'urdf', 'baxter.urdf')
 
@@ -32,12 +33,13 @@ def find_description() -> Path:
                            'pip install hpp-baxter, or name the path of a baxter.urdf')
 
 
-def arm_description(side: str, path: Path = None) -> str:
+def arm_description(side: str, path: Path = None, payload: Payload = None) -> str:
     """
     Return the URDF of one arm: the chain from the base to the hand, bodies only.
 
     Geometry, the other arm, the head, and the gripper with its fingers are left out: what
-    remains is what the paper's tables describe, from numbers of its own.
+    remains is what the paper's tables describe, from numbers of its own. A payload is a link
+    of its own, fixed to the hand.
 
     Parameters
     ----------
@@ -45,11 +47,13 @@ def arm_description(side: str, path: Path = None) -> str:
         'right' or 'left'.
     path : Path, optional
         The robot's URDF; :func:`find_description` by default.
+    payload : Payload, optional
+        What the hand carries.
 
     Raises
     ------
     DescriptionError
-        If the file cannot be read or lacks one of the arm's joints.
+        If the file cannot be read or lacks one of the arm's joints or its hand.
 
     """
     path = Path(path) if path else find_description()
@@ -73,7 +77,32 @@ def arm_description(side: str, path: Path = None) -> str:
             unwanted = True
         if unwanted:
             robot.remove(element)
+    hands = [link.get('name') for link in robot.findall('link')
+             if link.get('name') in hand_names(side)]
+    if not hands:
+        raise DescriptionError(f'{path}: no link {hand_names(side)[0]}')
+    if payload is not None and payload.mass > 0.0:
+        robot.extend(_load(hands[0], payload))
     return ET.tostring(robot, encoding='unicode')
+
+
+def hand_names(side: str) -> tuple:
+    """Return what descriptions call the link of the hand."""
+    return f'{side}_hand', f'{side}_hand_link'
+
+
+def _load(hand: str, payload: Payload) -> list:
+    """Return the elements that fix a payload to the hand."""
+    link = ET.Element('link', name='payload')
+    inertial = ET.SubElement(link, 'inertial')
+    ET.SubElement(inertial, 'origin', xyz=' '.join(map(repr, payload.center_of_mass)))
+    ET.SubElement(inertial, 'mass', value=repr(payload.mass))
+    names = ('ixx', 'iyy', 'izz', 'ixy', 'iyz', 'ixz')
+    ET.SubElement(inertial, 'inertia', dict(zip(names, map(repr, payload.inertia))))
+    joint = ET.Element('joint', name='payload', type='fixed')
+    ET.SubElement(joint, 'parent', link=hand)
+    ET.SubElement(joint, 'child', link='payload')
+    return [link, joint]
 
 
 def _links_of_arm(joints: dict, arm: tuple) -> set:

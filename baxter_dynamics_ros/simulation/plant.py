@@ -1,13 +1,19 @@
-"""The arm's mechanics: MuJoCo on the manufacturer's numbers, with springs and friction."""
+"""The arm's mechanics: MuJoCo on the manufacturer's numbers, with what a real arm has beyond."""
 
 import mujoco
 import numpy as np
 
 from .description import arm_description
-from ..core.effort import COULOMB_VELOCITY
+from .description import hand_names
 from ..core.effort import EffortModel
+from ..core.effort import SPRING_COEFFICIENTS
+from ..core.exceptions import ArgumentError
 from ..core.joints import joint_names
 from ..core.joints import N_JOINTS
+from ..core.paper_tables import GRAVITY
+from ..core.parameters import Payload
+from ..core.presliding import Presliding
+from ..core.validation import finite
 
 TIMESTEP = 0.001  # [s]
 
@@ -19,12 +25,20 @@ _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
              '<flag contact="disable" constraint="disable"/></option></mujoco>')
 
 
+def default_truth(spring: bool = True, friction: bool = True) -> EffortModel:
+    """Return what the simulated arm has by default: the springs at s1, and Coulomb friction."""
+    return EffortModel(
+        spring_coefficients=SPRING_COEFFICIENTS if spring else np.zeros(5),
+        coulomb=COULOMB if friction else np.zeros(N_JOINTS))
+
+
 class Plant:
     """
     One arm that moves under motor torques; joint order s0 ... w2.
 
-    Motor torques work against the springs at s1 and friction, as on the robot:
-    ``M qdd + C qd + G = motor - spring(q) - friction(qd) + J^T force``.
+    Motor torques work against springs, cables and friction, as on the robot, and move an inertia
+    beyond the links': ``M qdd + C qd + G = motor - spring(q) - stiffness q - friction -
+    added_inertia qdd + J^T force``.
 
     Parameters
     ----------
@@ -32,27 +46,42 @@ class Plant:
         'right' or 'left'.
     description : path, optional
         A Baxter's URDF; the one of ``hpp-baxter`` by default.
-    spring, friction : bool
-        Whether the arm has the springs at s1, and friction.
+    truth : EffortModel, optional
+        Springs, cables, friction and added inertia, which must not be negative;
+        :func:`default_truth` by default. Its bias is the sensors', not the plant's.
+    payload : Payload, optional
+        What the hand carries.
+    gravity : array_like (3,), optional
+        Gravity vector in the base frame [m/s^2], straight down by default; otherwise the base is
+        tilted.
+
+    Raises
+    ------
+    ArgumentError
+        If added_inertia has a negative value, or gravity is not three numbers.
+    DescriptionError
+        If the description cannot be used.
 
     """
 
-    def __init__(self, side: str, description=None, spring: bool = True, friction: bool = True):
-        urdf = arm_description(side, description)
-        root_end = urdf.index('>', urdf.index('<robot')) + 1
-        self.model = mujoco.MjModel.from_xml_string(
-            urdf[:root_end] + _COMPILER.format(timestep=TIMESTEP) + urdf[root_end:])
-        self.model.dof_damping[:] = 0.0  # the description's 0.7 is no measurement
-        self.data = mujoco.MjData(self.model)
-        self._still = mujoco.MjData(self.model)
+    def __init__(self, side: str, description=None, truth: EffortModel = None,
+                 payload: Payload = None, gravity=None):
+        self.truth = default_truth() if truth is None else truth
+        if self.truth.added_inertia.min() < 0.0:
+            raise ArgumentError('truth.added_inertia', 'no simulated joint can have less inertia '
+                                f'than its links, got {self.truth.added_inertia}')
+        self.model = _compile(arm_description(side, description, payload))
+        self.model.opt.gravity[:] = finite(
+            'gravity', GRAVITY if gravity is None else gravity, (3,))
         names = [self.model.joint(i).name for i in range(self.model.njnt)]
         self._joints = np.array([names.index(name) for name in joint_names(side)])
-        self._hand = self.model.body(f'{side}_hand_link').id
-        default = EffortModel()
-        self._passive = EffortModel(
-            spring_coefficients=default.spring_coefficients if spring else np.zeros(5),
-            coulomb=COULOMB if friction else np.zeros(N_JOINTS),
-            coulomb_velocity=COULOMB_VELOCITY)
+        self.model.dof_armature[self._joints] = self.truth.added_inertia
+        self.data = mujoco.MjData(self.model)
+        self._nominal = _Still(_compile(arm_description(side, description)))
+        self._actual = _Still(self.model)
+        names = [self.model.body(i).name for i in range(self.model.nbody)]
+        self._hand = next(i for i, name in enumerate(names) if name in hand_names(side))
+        self._presliding = Presliding(self.truth.dahl_length)
         self.force = np.zeros(3)  # at the hand, axes of the robot's base [N]
 
     @property
@@ -66,27 +95,61 @@ class Plant:
         return self.data.qvel[self._joints]
 
     def place(self, q: np.ndarray):
-        """Put the arm at rest at q (7,) [rad]."""
+        """Put the arm at rest at q (7,) [rad], free of friction."""
         self.data.qpos[self._joints] = q
         self.data.qvel[:] = 0.0
+        self._presliding.reset()
         mujoco.mj_forward(self.model, self.data)
 
     def holding_torque(self) -> np.ndarray:
-        """Return the motor torques (7,) [N m] that hold the arm against gravity and springs."""
-        self._still.qpos[:] = self.data.qpos
-        mujoco.mj_kinematics(self.model, self._still)
-        mujoco.mj_comPos(self.model, self._still)
-        gravity = np.zeros(self.model.nv)
-        mujoco.mj_rne(self.model, self._still, 0, gravity)
-        return gravity[self._joints] + self._passive.spring(self.q)
+        """
+        Return the motor torques (7,) [N m] by which the robot holds itself without control.
+
+        They carry what it knows of: its description and its springs; not a payload, a tilted
+        base, or cables.
+        """
+        return self._nominal.gravity(self.data.qpos)[self._joints] + self.truth.spring(self.q)
+
+    def static_torque(self) -> np.ndarray:
+        """Return the motor torques (7,) [N m] that the arm at rest needs, without friction."""
+        q = self.q
+        gravity = self._actual.gravity(self.data.qpos)[self._joints]
+        return gravity + self.truth.spring(q) + self.truth.stiffness * q
 
     def step(self, motor: np.ndarray):
         """Advance by one time step under motor torques (7,) [N m]."""
-        q, qd = self.q, self.qd
+        q, qd, truth = self.q, self.qd, self.truth
+        presliding = self._presliding.update(q) if truth.has_dahl else None
         applied = self.data.qfrc_applied
         applied[:] = 0.0
-        applied[self._joints] = motor - self._passive.spring(q) - self._passive.friction(qd)
+        applied[self._joints] = (motor - truth.spring(q) - truth.friction(qd, presliding)
+                                 - truth.stiffness * q)
         if self.force.any():
             mujoco.mj_applyFT(self.model, self.data, self.force, np.zeros(3),
                               self.data.xpos[self._hand], self._hand, applied)
         mujoco.mj_step(self.model, self.data)
+
+
+class _Still:
+    """A model that does not move: what gravity does to it."""
+
+    def __init__(self, model):
+        self._model = model
+        self._data = mujoco.MjData(model)
+
+    def gravity(self, qpos: np.ndarray) -> np.ndarray:
+        """Return the torques that hold it against gravity, in the model's order [N m]."""
+        self._data.qpos[:] = qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        result = np.zeros(self._model.nv)
+        mujoco.mj_rne(self._model, self._data, 0, result)
+        return result
+
+
+def _compile(urdf: str):
+    root_end = urdf.index('>', urdf.index('<robot')) + 1
+    model = mujoco.MjModel.from_xml_string(
+        urdf[:root_end] + _COMPILER.format(timestep=TIMESTEP) + urdf[root_end:])
+    model.dof_damping[:] = 0.0  # the description's 0.7 is no measurement
+    return model

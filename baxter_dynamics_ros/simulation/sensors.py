@@ -18,6 +18,8 @@ ENCODER_NOISE = 4.8e-4  # sd [rad]
 MEAN_LENGTH = 6
 DISTANCE = 22
 
+_TOGETHER = 1000  # readings that are looked at together at most: keeps memory flat
+
 
 class Sensors:
     """
@@ -39,20 +41,19 @@ class Sensors:
         self._noise = noise
         self._random = np.random.default_rng(seed)
         self._encoder = deque(maxlen=MEAN_LENGTH + DISTANCE)
+        self._unread = []  # true positions since the encoder was last looked at
         self._effort = np.zeros(N_JOINTS)
 
     def read(self, q: np.ndarray, effort: np.ndarray):
-        """Take the true position (7,) [rad] and motor torque (7,) [N m] of this instant."""
-        if self._noise:
-            q = _quantised(q + ENCODER_NOISE * self._random.standard_normal(N_JOINTS),
-                           POSITION_QUANTUM)
-        self._encoder.append(q)
-        while len(self._encoder) < self._encoder.maxlen:  # the arm was at rest before
-            self._encoder.append(q)
+        """Take the true position (7,) [rad] and effort (7,) [N m] of this instant."""
+        self._unread.append(q)
         self._effort = effort
+        if len(self._unread) >= _TOGETHER:
+            self._look()
 
     def publish(self) -> tuple:
         """Return position [rad], velocity [rad/s] and effort [N m] as the robot publishes them."""
+        self._look()
         readings = np.array(self._encoder)
         velocity = (readings[-MEAN_LENGTH:].mean(0) - readings[:MEAN_LENGTH].mean(0)) / (
             DISTANCE * self._period)
@@ -61,6 +62,19 @@ class Sensors:
             effort = _quantised(effort + EFFORT_NOISE * self._random.standard_normal(N_JOINTS),
                                 EFFORT_QUANTUM)
         return readings[-1], velocity, effort
+
+    def _look(self):
+        """Let the encoder read what it has not yet: many instants at once cost as much as one."""
+        if not self._unread:
+            return
+        q = np.array(self._unread)
+        self._unread.clear()
+        if self._noise:
+            q = _quantised(q + ENCODER_NOISE * self._random.standard_normal(q.shape),
+                           POSITION_QUANTUM)
+        if not self._encoder:  # the arm was at rest before
+            self._encoder.extend([q[0]] * self._encoder.maxlen)
+        self._encoder.extend(q)
 
 
 def _quantised(x: np.ndarray, quantum: float) -> np.ndarray:

@@ -11,6 +11,12 @@ RAMP = 2.0  # [s] in which the reference comes up to speed, so that it starts wi
 _CORRECTION = 5.0  # [1/s] with which the integrated reference is held to the curve
 _POSTURE = 0.5  # [1/s] with which the redundant joint returns to the first posture
 
+_SWITCH_PERIOD = 2.0  # [s] from one switch of the hand to the next
+_SWITCH_TIME = 0.6  # [s] that the hand takes for it
+
+# What makes the right arm's angles the left arm's.
+MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+
 # Right arm, hand down, elbow up: where the search for the first posture begins [rad].
 _GUESS = np.array([0.3, -0.6, 0.0, 1.4, 0.0, 0.77, 0.0])
 
@@ -25,12 +31,36 @@ def circle(t: float) -> np.ndarray:
     return np.array([0.6 + 0.1 * np.sin(t), -0.2 + 0.1 * np.cos(t), 0.1 + 0.1 * np.cos(0.2 * t)])
 
 
+def switch(t: float) -> np.ndarray:
+    """
+    Return the hand's position at t, trajectory 3(b) of the paper: switched quickly in y.
+
+    The paper gives no numbers. Chosen here: x = 0.6, z = 0.1 and y from -0.1 to -0.3 m or back
+    every 2 s, in the last 0.6 s of them, by the move of least jerk (0.63 m/s, 3.2 m/s^2 at most).
+    """
+    count, rest = divmod(t, _SWITCH_PERIOD)
+    s = max(0.0, 1.0 - (_SWITCH_PERIOD - rest) / _SWITCH_TIME)  # of the move, 0 to 1
+    moved = s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+    return np.array([0.6, -0.1 - 0.2 * (1.0 - moved if count % 2 else moved), 0.1])
+
+
+def lift(t: float) -> np.ndarray:
+    """
+    Return the hand's position at t, trajectory 3(c) of the paper: slowly up and down.
+
+    The paper gives no numbers. Chosen here: ``x = 0.6, y = -0.2, z = 0.1 + 0.15 sin 0.5 t``.
+    """
+    return np.array([0.6, -0.2, 0.1 + 0.15 * np.sin(0.5 * t)])
+
+
 def hold(t: float) -> np.ndarray:
     """Return where the circle begins, at any t: the arm is held still."""
     return circle(0.0)
 
 
-TRAJECTORIES = {'circle': circle, 'hold': hold}
+TRAJECTORIES = {'circle': circle, 'switch': switch, 'lift': lift, 'hold': hold}
+# After so long each is where it was, and begins again [s].
+PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi}
 
 
 class Reference:
@@ -59,7 +89,7 @@ class Reference:
         self._position = TRAJECTORIES[trajectory]
         self._mirror = np.array([1.0, -1.0 if side == 'left' else 1.0, 1.0])
         self._t = 0.0
-        self.q = _GUESS * (np.array([-1, 1, -1, 1, -1, 1, -1]) if side == 'left' else 1.0)
+        self.q = _GUESS * (MIRROR if side == 'left' else 1.0)
         for _ in range(100):  # the first posture, by the same method from the guess
             self.q = self.q + 0.5 * self._inverse(np.zeros(3), 1.0)[0]
         self._posture = self.q
@@ -79,7 +109,7 @@ class Reference:
         pose = self._arm.forward_kinematics(self.q)
         jacobian = self._arm.jacobian(self.q)
         wanted = self._mirror * self._position(_phase(self._t))
-        tilt = np.cross(pose[:3, 2], [0.0, 0.0, -1.0])  # turns the hand's z axis down
+        tilt = np.array([-pose[1, 2], pose[0, 2], 0.0])  # z x (0, 0, -1) turns the hand down
         error = np.concatenate([wanted - pose[:3, 3], tilt])
         inverse = np.linalg.pinv(jacobian)
         twist = np.concatenate([velocity, np.zeros(3)]) + gain * error

@@ -1,5 +1,10 @@
 """The fake Baxter as a process: rates, names, stamps, and a force from outside."""
 
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.core.joints import joint_names
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -63,9 +68,38 @@ def test_force_is_a_parameter_and_is_seen_by_the_predictor(robot, start):
     assert 'force' in refused.reason
 
 
+def test_payload_and_tilt_are_in_the_effort(robot, start):
+    messages = []
+    robot.create_subscription(JointState, '/robot/joint_states', messages.append, 1000)
+    load, gravity = Payload(0.8, (0.0, 0.05, 0.1)), (0.3, 0.2, -9.8)
+    start('fake_baxter', '-p', 'trajectory:=hold', '-p', 'friction:=false', '-p',
+          'noise:=false', '-p', 'payload.mass:=0.8', '-p',
+          'payload.center_of_mass:=[0.0, 0.05, 0.1]', '-p', 'gravity:=[0.3, 0.2, -9.8]')
+    robot.until(lambda: any('right_s0' in m.name for m in messages))
+    message = next(m for m in messages if 'right_s0' in m.name)
+    order = [list(message.name).index(name) for name in joint_names('right')]
+    q, effort = (np.array(field)[order] for field in (message.position, message.effort))
+    arm = BaxterArm(payload=load, gravity=gravity, mount=mount('right'))
+    np.testing.assert_allclose(effort, arm.gravity(q) + EffortModel().spring(q), atol=0.02)
+
+
+def test_exciting_trajectory_moves_all_joints_of_the_arm(robot, start):
+    messages = []
+    robot.create_subscription(JointState, '/robot/joint_states', messages.append, 1000)
+    start('fake_baxter', '-p', 'trajectory:=exciting', '-p', 'arm:=left', '-p', 'noise:=false')
+    robot.until(lambda: sum('right_s0' in m.name for m in messages) > 250)
+    names = max((m.name for m in messages), key=len)
+    q = np.array([m.position for m in messages if 'right_s0' in m.name])
+    moved = {name for name, by in zip(names, np.ptp(q, axis=0)) if by > 0.01}
+    assert moved == set(joint_names('left'))
+
+
 @pytest.mark.parametrize('argument, problem', [
     ('arm:=both', 'arm: expected one of right, left'),
-    ('trajectory:=spiral', 'trajectory: expected one of circle, hold'),
+    ('trajectory:=spiral', 'trajectory: expected one of circle, switch, lift, exciting, hold'),
+    ('payload.mass:=-1.0', 'payload.mass: expected a value in [0, 10]'),
+    ('payload.center_of_mass:=[1.0]', 'payload.center_of_mass: expected shape (3,)'),
+    ('gravity:=[0.0, 0.0, -98.1]', 'gravity[2]: expected a value in [-30, 30]'),
     ('force:=[1.0]', 'force: expected shape (3,)'),
     ('description:=/nowhere.urdf', '/nowhere.urdf: cannot be read'),
     ('rate:=0.0', 'rate'),

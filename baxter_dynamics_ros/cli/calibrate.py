@@ -1,0 +1,114 @@
+"""calibrate: fit the effort model to recordings of one's own robot."""
+
+from contextlib import ExitStack
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from .. import __version__
+from ..calibration.calibrate import calibrate
+from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import JOINTS
+from ..offline.parameter_file import read_parameters
+from ..offline.parameter_file import write_parameters
+from ..offline.recordings import open_recordings
+from ..report.calibration import write_calibration
+
+
+def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str | None',
+        inertial: bool, payload: bool, only, command: str) -> int:
+    """
+    Fit, print what it bought, and write the parameter file and the report beside it.
+
+    Parameters
+    ----------
+    bags : sequence of str
+        Bags and .npz files of one arm.
+    output : str
+        The parameter file; the report gets its name with the ending .html.
+    arm, topic : str or None
+        Which arm and topic; None for the only ones.
+    params : str or None
+        A parameter file to begin with; None for the defaults of the package.
+    inertial, payload : bool
+        Whether to fit the links' inertial parameters, and what the hand carries.
+    only : sequence of str
+        The terms to fit, whatever they buy; none for all that pay.
+    command : str
+        The command line, for the report and the head of the file.
+
+    Returns
+    -------
+    int
+        Exit code 0.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If something cannot be read, used or written.
+
+    """
+    console = Console()
+    path = _parameter_file(output)
+    values = read_parameters(params) if params else {}
+    recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
+                                 arm or values.get('arm'))
+    with ExitStack() as stack:
+        for recording in recordings:
+            stack.enter_context(recording)
+        with console.status('') as status:
+            result = calibrate(recordings, values, inertial, payload, only, status.update)
+    comments = _comments(result, command)
+    write_calibration(path.with_suffix('.html'), result, command)
+    write_parameters(path, result.values, comments)
+    _print(console, result)
+    console.print(f'parameters: {path}', soft_wrap=True, highlight=False)
+    console.print(f'report: {path.with_suffix(".html")}', soft_wrap=True, highlight=False)
+    return 0
+
+
+def _parameter_file(output: str) -> Path:
+    path = Path(output).expanduser().resolve()
+    if path.suffix not in ('.yaml', '.yml'):
+        raise BaxterDynamicsError(f'--output: expected a .yaml file, got {path.name}')
+    if not path.parent.is_dir():
+        raise BaxterDynamicsError(f'--output: no folder {path.parent}')
+    if path.is_dir():
+        raise BaxterDynamicsError(f'--output: {path} is a folder')
+    return path
+
+
+def _comments(result, command: str) -> list:
+    """Return what a reader of the parameter file should know."""
+    rows = [f'{joint}  {before:6.3f}  {after:6.3f}' for joint, before, after in zip(
+        JOINTS, result.rms_before, result.rms_after)]
+    kind = 'parts of the recording' if result.by_time else 'recordings'
+    return [
+        f'Calibration of the {result.arm} arm, by baxter_dynamics_ros {__version__}:', command,
+        f'Fitted to {result.samples} samples, {result.duration:.0f} s. What is not here has its '
+        'default.', '',
+        f'Residual RMS [N m] on {kind} left out of the fit, before and after:', *rows,
+        *([''] + [f'Warning: {warning}' for warning in result.warnings] if result.warnings
+          else [])]
+
+
+def _print(console: Console, result):
+    for warning in result.warnings:
+        console.print(f'warning: {warning}', soft_wrap=True, highlight=False)
+    if result.lag is not None:
+        console.print(f'velocity lag: {1e3 * result.lag.value:.1f} ms', highlight=False)
+    kind = 'parts of the recording' if result.by_time else 'recordings'
+    console.print(f'residual RMS [N m] on {kind} left out of the fit; what each term bought '
+                  'there, and where it was kept', soft_wrap=True, highlight=False)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column('with', no_wrap=True)
+    for joint in JOINTS:
+        table.add_column(joint, justify='right')
+    table.add_row('before', *(f'{x:.3f}' for x in result.rms_before))
+    for step in result.steps[1:]:
+        table.add_row('+ ' + step.term, *(f'{x:.3f}' if i in step.joints else '.'
+                                          for i, x in enumerate(step.rms)))
+    table.add_row('after', *(f'{x:.3f}' for x in result.rms_after), style='bold')
+    console.print(table)

@@ -1,0 +1,123 @@
+"""evaluate: how well the model predicts recordings, as a report to look at."""
+
+from contextlib import ExitStack
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from .progress import watched
+from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import joint_names
+from ..core.joints import JOINTS
+from ..offline.evaluation import Evaluator
+from ..offline.parameter_file import NODE
+from ..offline.parameter_file import read_parameters
+from ..offline.recordings import open_recordings
+from ..offline.writer import BagWriter
+from ..report.evaluation import Total
+from ..report.evaluation import write_evaluation
+
+# Where --save-bag puts what the node would publish.
+PREDICTED_EFFORT = f'/{NODE}/predicted_effort'
+EFFORT_RESIDUAL = f'/{NODE}/effort_residual'
+
+
+def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str | None',
+        save_bag: 'str | None', command: str) -> int:
+    """
+    Evaluate recordings, print how well they are predicted, and write the report.
+
+    Parameters
+    ----------
+    bags : sequence of str
+        Bags and .npz files.
+    output : str
+        The report's folder.
+    arm, topic : str or None
+        Which arm and topic; None for the only ones.
+    params : str or None
+        A parameter file, such as a calibration's; None for the defaults of the package.
+    save_bag : str or None
+        A new bag for what was predicted, beside what the recording holds.
+    command : str
+        The command line, for the report.
+
+    Returns
+    -------
+    int
+        Exit code 0.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If something cannot be read, used or written.
+
+    """
+    console = Console()
+    folder = Path(output).expanduser()
+    values = read_parameters(params) if params else {}
+    recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
+                                 arm or values.get('arm'))
+    if save_bag and len(recordings) > 1:
+        raise BaxterDynamicsError(
+            f'--save-bag: one recording at a time, not {len(recordings)}')
+    evaluator, evaluations = Evaluator(values), []
+    with ExitStack() as stack:
+        writer = None
+        if save_bag:
+            writer = stack.enter_context(BagWriter(
+                Path(save_bag).expanduser(), reserved=(PREDICTED_EFFORT, EFFORT_RESIDUAL)))
+        for recording in recordings:
+            with recording, watched(recording, console, writer) as played:
+                sink = None if writer is None else _sink(writer, recording.arm)
+                evaluations.append(evaluator.evaluate(played, sink))
+    total = evaluations[0]
+    if len(evaluations) > 1:
+        total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
+    write_evaluation(folder, evaluations, total, command,
+                     Path(params).name if params else 'defaults of the package')
+    _print(console, evaluations, total)
+    if writer is not None:
+        for topic_, reason in writer.skipped.items():
+            console.print(f'not copied: {topic_}: {reason}', soft_wrap=True, highlight=False)
+        console.print(f'bag: {writer.path}', soft_wrap=True, highlight=False)
+    console.print(f'report: {folder.resolve() / "report.html"}', soft_wrap=True, highlight=False)
+    return 0
+
+
+def _sink(writer: BagWriter, arm: str):
+    """Return a function that writes predictions as the node publishes them."""
+    names = joint_names(arm)
+
+    def write(block, prediction):
+        for received, stamp, q, qd, effort, residual in zip(
+                block.received_ns.tolist(), prediction.stamp_ns.tolist(), prediction.q,
+                prediction.qd, prediction.effort, prediction.residual):
+            writer.joint_state(PREDICTED_EFFORT, stamp, names, q, qd, effort, received)
+            if residual[0] == residual[0]:  # NaN where no effort was measured
+                writer.joint_state(EFFORT_RESIDUAL, stamp, names, q, qd, residual, received)
+    return write
+
+
+def _print(console: Console, evaluations, total):
+    for evaluation in evaluations:
+        for warning in evaluation.warnings:
+            console.print(f'warning: {evaluation.name}: {warning}', soft_wrap=True,
+                          highlight=False)
+    if not total.methods:
+        console.print('no valid effort: nothing to compare with', soft_wrap=True)
+        return
+    errors = total.methods['lagrange_euler']
+    console.print(f'{errors.count} predictions compared; e = measured - predicted effort '
+                  '(Lagrange-Euler) [N m]', soft_wrap=True, highlight=False)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column('joint')
+    columns = {'RMS': errors.rms, 'mean |e|': errors.mean_abs, 'signed mean': errors.signed_mean,
+               'correlation': errors.correlation}
+    for title in columns:
+        table.add_column(title, justify='right')
+    for i, joint in enumerate(JOINTS):
+        table.add_row(joint, *(f'{column[i]:.3f}' for column in columns.values()))
+    console.print(table)

@@ -1,0 +1,50 @@
+"""A progress bar beside a recording that is being read."""
+
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress
+
+_EVERY = 1000  # messages between two looks at the bar
+
+
+class _Watched:
+    """A recording that tells how far it was read; iterate over it like the one it stands for."""
+
+    def __init__(self, recording, messages, tell):
+        self.name, self.topic, self.arm = recording.name, recording.topic, recording.arm
+        self._messages = messages
+        self._tell = tell
+
+    def __iter__(self):
+        for i, message in enumerate(self._messages()):
+            if i % _EVERY == 0:
+                self._tell(i)
+            yield message
+
+
+@contextmanager
+def watched(recording, console: Console, writer=None):
+    """
+    Show a bar while an open recording is read.
+
+    Parameters
+    ----------
+    recording : BagRecording or ArrayRecording
+        Open.
+    console : Console
+        Where to; nothing is shown where it is no terminal.
+    writer : BagWriter, optional
+        Gets a copy of all that is read.
+
+    Yields
+    ------
+    an object to iterate over in the recording's place
+
+    """
+    def messages():
+        return iter(recording) if writer is None else recording.copied_to(writer)
+
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(recording.name, total=recording.count)
+        yield _Watched(recording, messages, lambda i: progress.update(task, completed=i))

@@ -1,0 +1,112 @@
+"""What a calibration says about the robot, in sentences: lag, tilt, friction, what it carries."""
+
+import math
+
+import numpy as np
+
+from .calibration_terms import per_joint
+from .calibration_terms import value_text
+from .findings import Finding
+from .findings import percent
+from .findings import torque
+from .page import change
+from .page import number
+from .page import plus_minus
+from ..core.joints import JOINTS
+
+USUAL_LAG = 0.014  # of Baxter's velocity [s]
+
+
+def remarks(calibration) -> list:
+    """Return what is known of this robot now; as findings."""
+    found = [_lag(calibration), _tilt(calibration), _offset(calibration), _friction(calibration),
+             _spring(calibration), _payload(calibration)]
+    return [finding for finding in found if finding is not None]
+
+
+def tilt(values: dict) -> tuple:
+    """Return by how much the base leans: in all, forward and to the left [degrees]."""
+    x, y, z = values['gravity']
+    return tuple(math.degrees(math.atan2(part, abs(z))) for part in (math.hypot(x, y), x, y))
+
+
+def _lag(calibration) -> Finding:
+    used = 1e3 * calibration.values['acceleration.velocity_lag']
+    lag = calibration.lag
+    if lag is None:
+        return Finding('Velocity lag', 'Not measured: there is no measured velocity, or no joint '
+                       f'moves. The settings have {number(used, 1)}\u00a0ms.')
+    text = (f'{plus_minus(1e3 * lag.value, 1e3 * lag.uncertainty)}\u00a0ms, measured; '
+            f'{number(1e3 * USUAL_LAG, 0)}\u00a0ms are usual on Baxter. ')
+    apart = abs(used - 1e3 * lag.value)
+    if apart < 0.1:
+        text += 'The settings have what was measured; before and after are judged with it.'
+    elif apart < 1.1:
+        text += (f'The settings keep {number(used, 1)}\u00a0ms: a difference of less than '
+                 '1\u00a0ms does not matter.')
+    else:
+        text += f'The settings have {number(used, 1)}\u00a0ms.'
+    odd = np.flatnonzero(np.abs(lag.per_joint - lag.value) > 0.003)  # none where NaN
+    if len(odd):
+        text += ' Other than the rest: ' + ', '.join(
+            f'{JOINTS[i]} ({number(1e3 * lag.per_joint[i], 1)}\u00a0ms)' for i in odd) + '.'
+    return Finding('Velocity lag', text)
+
+
+def _tilt(calibration) -> 'Finding | None':
+    fitted = {one.name[-1]: one for one in calibration.parameters if one.term == 'tilt'}
+    if not fitted:
+        return None
+    (before, *_), (total, forward, left) = tilt(calibration.before), tilt(calibration.values)
+    size = math.hypot(*calibration.values['gravity'])
+    sigma = [math.degrees(fitted[axis].uncertainty / size) for axis in 'xy']
+    return Finding('Tilt of the base', f'{number(total, 1)}° ({number(before, 1)}° before): '
+                   f'{number(abs(forward), 1)} ± {number(sigma[0], 1)}° '
+                   f'{"forward" if forward >= 0 else "backward"} and '
+                   f'{number(abs(left), 1)} ± {number(sigma[1], 1)}° to the '
+                   f'{"left" if left >= 0 else "right"}.')
+
+
+def _offset(calibration) -> 'Finding | None':
+    bias = per_joint(calibration, 'bias')
+    if not bias:
+        return None
+    most = max(bias, key=lambda i: abs(bias[i].after))
+    return Finding('Offset', f'The largest is at {JOINTS[most]}, {value_text(bias[most])}.')
+
+
+def _friction(calibration) -> 'Finding | None':
+    values = calibration.values
+    slow = np.add(values['effort_model.coulomb'], values['effort_model.dahl'])
+    if not slow.any() or not calibration.values['effort_model.enabled']:
+        return None
+    most = int(slow.argmax())
+    memory = values['effort_model.dahl'][most] / slow[most]
+    return Finding('Friction', f'{JOINTS[most]} has most, {torque(slow[most])} (Coulomb and Dahl '
+                   f'together); {percent(memory)} of it has a memory, which shows as '
+                   'hysteresis.')
+
+
+def _spring(calibration) -> 'Finding | None':
+    fitted = [one for one in calibration.parameters if one.term == 'spring']
+    if not fitted:
+        return None
+    if fitted[0].name != 'spring gain':
+        return Finding('Spring', 'Its shape was fitted to this robot; the figure below shows '
+                       'what changed.')
+    gain = fitted[0]
+    return Finding('Spring', f'{change(gain.before, gain.after)} against the shape it had '
+                   f'(gain {value_text(gain)}).')
+
+
+def _payload(calibration) -> 'Finding | None':
+    fitted = {one.name.split()[-1]: one for one in calibration.parameters
+              if one.term == 'payload'}
+    if not fitted:
+        return None
+    text = f'{value_text(fitted["mass"])}'
+    if 'x' in fitted:
+        center = ', '.join(f'{number(1e3 * fitted[axis].after, 0)} ± '
+                           f'{number(1e3 * fitted[axis].uncertainty, 0)}' for axis in 'xyz')
+        text += f", its centre of mass at ({center})\u00a0mm in the hand's frame"
+    return Finding('Payload', f'{text}.')

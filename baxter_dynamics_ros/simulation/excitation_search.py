@@ -1,0 +1,206 @@
+"""How the exciting trajectory was found: what it must keep clear of, and what it must show."""
+
+import numpy as np
+
+from .excitation import DURATION
+from .excitation import motion
+from .excitation import Series
+from ..core.arm import BaxterArm
+from ..core.composite import CompositeDynamics
+from ..core.effort import COULOMB_VELOCITY
+from ..core.effort import DAHL_LENGTH
+from ..core.joints import JOINTS
+from ..core.joints import mount
+from ..core.joints import N_JOINTS
+from ..core.joints import POSITION_LOWER
+from ..core.joints import POSITION_UPPER
+from ..core.joints import S1
+from ..core.joints import VELOCITY_LIMIT
+from ..core.presliding import Presliding
+
+# Limits of the joints' motion.
+LOWER, UPPER = POSITION_LOWER + 0.1, POSITION_UPPER - 0.1  # [rad]
+SPEED = 0.6 * VELOCITY_LIMIT  # [rad/s]
+ACCELERATION = 6.0  # [rad/s^2]
+S1_SWEEP = (-1.8, 0.94)  # of the spring's range of -1.9 to 1.0; 0.95 is UPPER [rad]
+
+# Limits of the places where the arm may be, in the robot's base frame [m].
+TABLE = -0.35  # height above which everything stays
+MIDDLE = 0.05  # distance that everything keeps from the plane between the arms
+FRONT, OUTSIDE = 0.27, 0.40  # the forearm and the hand are before or beside the torso
+HEAD, HEAD_DISTANCE = 0.05, 0.3  # x of the head's column; everything stays away so far
+SHOULDER_DISTANCE = 0.25  # from the wrist, the hand and beyond to the arm's own shoulder
+TOOL = 0.15  # what the hand may hold reaches so far
+
+_PERIOD = 0.05  # [s] between samples
+_STEP = 4  # samples between two rows of a design matrix in the search
+_MARGIN = 0.02  # [m] that the search keeps beyond the clearances
+
+_ARM = BaxterArm(mount=mount('right'))
+
+
+def samples() -> np.ndarray:
+    """Return the times at which a trajectory is looked at, (n,) [s]."""
+    return np.arange(0.0, DURATION + _PERIOD / 2, _PERIOD)
+
+
+def clearance(q: np.ndarray) -> np.ndarray:
+    """
+    Return by how much the right arm keeps to the limits of place, (n,) [m]; negative: it does not.
+
+    Looked at are the elbow, the middle of the forearm, the wrist, the middle from there to the
+    hand, the hand and the end of a tool. The torso is taken for a box, the head for a column, the
+    own shoulder for a ball, all with room for the links' radius of 0.06 m. Nothing else is known:
+    no other collision is checked.
+
+    Parameters
+    ----------
+    q : ndarray (n, 7)
+        Positions [rad].
+
+    """
+    frames = _ARM.mount @ _ARM.dynamics.transforms(q)
+    shoulder, elbow, wrist, hand = (frames[:, i, :3, 3] for i in (1, 3, 5, 7))
+    tool = hand + TOOL * frames[:, 7, :3, 2]
+    fore = np.stack([(elbow + wrist) / 2, wrist, (wrist + hand) / 2, hand, tool], axis=1)
+    x, y, z = np.moveaxis(np.concatenate([elbow[:, None], fore], axis=1), -1, 0)
+    from_shoulder = np.linalg.norm(fore[:, 1:] - shoulder[:, None], axis=-1)
+    return np.min([
+        (-y - MIDDLE).min(axis=1),
+        (z - TABLE).min(axis=1),
+        (np.hypot(x - HEAD, y) - HEAD_DISTANCE).min(axis=1),
+        np.maximum(x - FRONT, -y - OUTSIDE)[:, 1:].min(axis=1),
+        (from_shoulder - SHOULDER_DISTANCE).min(axis=1)], axis=0)
+
+
+def design(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, presliding: np.ndarray) -> dict:
+    """
+    Return what each parameter of a calibration adds to the effort, where the parameter is 1.
+
+    Parameters
+    ----------
+    q, qd, qdd, presliding : ndarray (n, 7)
+        Motion [rad, rad/s, rad/s^2] and Dahl's state.
+
+    Returns
+    -------
+    dict
+        Name, such as 'dahl_s0', 'gravity_x' or 'payload_mass' -> effort (n, 7). At s1 the
+        spring's terms stand in the place of a stiffness, which they can hardly be told from.
+
+    """
+    columns = {}
+    one_joint = {'bias': np.ones_like(q), 'coulomb': np.tanh(qd / COULOMB_VELOCITY),
+                 'viscous': qd, 'dahl': presliding, 'added_inertia': qdd, 'stiffness': q,
+                 **{f'spring_{f.__name__}{n}': f(n * q) for f in (np.sin, np.cos)
+                    for n in (1, 2)}}
+    for name, effort in one_joint.items():
+        for i, joint in enumerate(JOINTS):
+            if (name != 'stiffness' or i != S1) and ('spring' not in name or i == S1):
+                columns[f'{name}_{joint}'] = effort * (np.arange(N_JOINTS) == i)
+    down = _ARM.mount[:3, :3].T @ _ARM.gravity_vector
+    for i, axis in enumerate('xy'):  # of the base; effort is linear in gravity
+        tilted = CompositeDynamics(_ARM.parameters, _ARM.parameters.pseudo_inertia,
+                                   _ARM.mount[i, :3])
+        columns[f'gravity_{axis}'] = tilted.gravity(q)
+    for i, name in enumerate(('moment_x', 'moment_y', 'moment_z', 'mass')):  # of the payload
+        inertia = np.zeros((N_JOINTS, 4, 4))  # effort is linear in it
+        inertia[-1, i, 3] = inertia[-1, 3, i] = 1.0
+        load = CompositeDynamics(_ARM.parameters, inertia, down)
+        columns[f'payload_{name}'] = load.inverse_dynamics(q, qd, qdd)
+    return columns
+
+
+def presliding(q: np.ndarray) -> np.ndarray:
+    """Return Dahl's state along positions q (n, 7) [rad], which lie close to each other."""
+    state = Presliding(DAHL_LENGTH)
+    return np.array([state.update(row) for row in q])
+
+
+def judge(columns: dict) -> tuple:
+    """
+    Return how well a calibration can tell its parameters apart.
+
+    Returns
+    -------
+    condition : float
+        Condition number of the design matrix, its columns scaled to length 1.
+    own : dict
+        Name -> the part of that column, 0 to 1, that no combination of the others can imitate.
+
+    """
+    matrix = np.stack([column.ravel() for column in columns.values()], axis=-1)
+    triangle = np.linalg.qr(matrix / np.linalg.norm(matrix, axis=0), mode='r')
+    own = 1.0 / np.linalg.norm(np.linalg.inv(triangle), axis=1)
+    return np.linalg.cond(triangle), dict(zip(columns, own))
+
+
+def search(seed: int = 2, evaluations: int = 10_000) -> Series:
+    """
+    Return a trajectory that keeps to the limits and shows all parameters well.
+
+    A (1+1) evolution strategy: a random change is kept where it lowers the condition number
+    divided by the geometric mean of the columns' own parts. It depends on the last digits of
+    what is computed: on another machine the same seed may lead to another trajectory, as good.
+    Takes 25 ms an evaluation.
+    """
+    random = np.random.default_rng(seed)
+    best = _within_limits(_guess(random))
+    cost, width = _cost(best), 1.0
+    for _ in range(evaluations):
+        candidate = _within_limits(_changed(best, random, width))
+        its_cost = _cost(candidate)
+        if its_cost < cost:
+            best, cost, width = candidate, its_cost, min(1.3 * width, 1.5)
+        else:
+            width = max(0.98 * width, 0.03)
+    return best
+
+
+def _cost(series: Series) -> float:
+    q, qd, qdd = motion(series, samples())
+    short = np.maximum(_MARGIN - clearance(q[::2]), 0.0)  # [m]
+    sweep = np.abs(np.array([q[:, S1].min(), q[:, S1].max()]) - S1_SWEEP).max()  # [rad]
+    if short.any() or sweep > 0.01:
+        return 1e6 * (1.0 + 10.0 * short.mean() + short.max() + sweep)
+    rows = slice(None, None, _STEP)
+    condition, own = judge(design(q[rows], qd[rows], qdd[rows], presliding(q)[rows]))
+    return condition / np.exp(np.mean(np.log(list(own.values()))))
+
+
+def _guess(random) -> Series:
+    """Return slow swings with s1 and e1 against each other, so that the hand stays in front."""
+    center = np.array([0.0, -0.4, 0.2, 1.3, 0.0, 0.3, 0.0])
+    harmonic = np.array([[2, 5, 9, 14, 20], [3, 6, 10, 15, 21], [2, 4, 8, 13, 19],
+                         [3, 7, 11, 16, 22], [2, 6, 11, 17, 25], [4, 7, 12, 19, 27],
+                         [3, 8, 13, 21, 28]])
+    amplitude = np.outer([0.5, 1.2, 0.7, 0.8, 1.0, 0.8, 1.5], [1.0, 0.4, 0.3, 0.15, 0.1])
+    phase = random.uniform(0.0, 2 * np.pi, harmonic.shape)
+    phase[JOINTS.index('s1'), 0], phase[JOINTS.index('e1'), 0] = 0.0, np.pi
+    return Series(center, harmonic, amplitude * np.sin(phase), amplitude * np.cos(phase))
+
+
+def _changed(series: Series, random, width: float) -> Series:
+    center, harmonic, sine, cosine = (array.copy() for array in series)
+    scale = np.array([0.3, 0.3, 0.4, 0.4, 0.6, 0.5, 0.8])[:, None] / (1 + harmonic / 6) * width
+    center += (random.random(N_JOINTS) < 0.35) * random.normal(0.0, 0.15 * width, N_JOINTS)
+    chosen = random.random(sine.shape) < 0.2
+    sine += chosen * scale * random.standard_normal(sine.shape)
+    cosine += chosen * scale * random.standard_normal(cosine.shape)
+    step = (random.random(harmonic.shape) < 0.03) * random.integers(-2, 3, harmonic.shape)
+    return Series(center, np.clip(harmonic + step, 1, 30), sine, cosine)
+
+
+def _within_limits(series: Series) -> Series:
+    """Return the series made smaller and moved so that each joint keeps to its limits."""
+    center, harmonic, sine, cosine = series
+    q, qd, qdd = motion(series, samples())
+    up, down = (q - center).max(axis=0), (center - q).max(axis=0)
+    scale = np.minimum.reduce([np.ones(N_JOINTS), 0.97 * SPEED / np.abs(qd).max(axis=0),
+                               0.95 * ACCELERATION / np.abs(qdd).max(axis=0),
+                               0.99 * (UPPER - LOWER) / (up + down)])
+    scale[S1] = min((S1_SWEEP[1] - S1_SWEEP[0]) / (up + down)[S1],
+                    0.97 * SPEED[S1] / np.abs(qd[:, S1]).max())
+    center = np.clip(center, LOWER + 0.003 + scale * down, UPPER - 0.003 - scale * up)
+    center[S1] = S1_SWEEP[1] - scale[S1] * up[S1]
+    return Series(center, harmonic, scale[:, None] * sine, scale[:, None] * cosine)

@@ -1,0 +1,102 @@
+"""The commands that record the fake Baxter: what is in the bag, and what is refused."""
+
+import csv
+
+from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.core.joints import joint_names
+import numpy as np
+import pytest
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags: pip install ".[demo]"')
+pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
+
+from baxter_dynamics_ros.cli import experiment  # noqa: E402, I100
+from baxter_dynamics_ros.cli import plan  # noqa: E402
+from baxter_dynamics_ros.simulation.recording import record  # noqa: E402
+from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
+from rosbags.typesys import get_typestore  # noqa: E402
+from rosbags.typesys import Stores  # noqa: E402
+
+
+def read(bag):
+    """Return (topic, stamp [ns], names, position, velocity, effort) of a bag's joint states."""
+    rows = []
+    with rosbags.AnyReader(
+            [bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, received, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            stamp = message.header.stamp.sec * 10 ** 9 + message.header.stamp.nanosec
+            assert received == stamp
+            rows.append((connection.topic, stamp, tuple(message.name), message.position,
+                         message.velocity, message.effort))
+    return rows
+
+
+def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys):
+    output = tmp_path / 'switch'
+    assert experiment.run('switch', str(output), 50.0, 1.2, 'left', 3) == 0
+    rows = read(output / 'bag')
+    assert {row[0] for row in rows} == {'/robot/joint_states'}
+    robot = FakeBaxter('left', 'switch', seed=3)
+    robot.advance(3.0)  # once the trajectory has come up to speed
+    expected = list(record(robot, 1.2, 50.0, 3))
+    assert len(rows) == len(expected)
+    assert sum(len(row[2]) == 17 for row in rows) == 60
+    for row, wanted in zip(rows, expected):
+        assert row[1:3] == wanted[:2]
+        np.testing.assert_array_equal(row[3:], wanted[2:])
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith('recorded 60 joint states of 1.2 s on /robot/joint_states: ')
+    assert lines[0].endswith(f'{output}/bag')
+
+
+@pytest.mark.parametrize('trajectory', ['circle', 'switch', 'lift'])
+def test_by_default_whole_periods_are_recorded_about_a_minute(trajectory):
+    duration = experiment.whole_periods(trajectory)
+    assert 60.0 < duration < 66.0
+    periods = (duration - 0.3) / PERIODS[trajectory]
+    assert periods == pytest.approx(round(periods), abs=1e-9)
+
+
+def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys):
+    output = tmp_path / 'plan'
+    assert plan.run_plan(str(output), 'left', 0) == 0
+    assert sorted(path.name for path in output.iterdir()) == ['bag', 'plan.csv']
+    with open(output / 'plan.csv') as file:
+        table = list(csv.DictReader(file))
+    rows = [row for row in read(output / 'bag') if len(row[2]) == 17]
+    assert len(rows) == 6100
+    time = np.array([row[1] - 10 ** 18 for row in rows]) * 1e-9
+    for i, name in enumerate(joint_names('left')):
+        planned = np.interp(time, [float(line['time']) for line in table],
+                            [float(line[name]) for line in table])
+        actual = np.array([row[3][row[2].index(name)] for row in rows])
+        assert np.abs(actual - planned).max() < 0.2  # the controller's lag
+        assert np.ptp(actual) > 1.5
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in joint_names('left'))
+    assert f'{output}/plan.csv' in printed
+
+
+def test_a_folder_that_is_not_empty_is_refused_and_left_alone(tmp_path):
+    (tmp_path / 'notes').write_text('mine')
+    for run in (lambda: experiment.run('lift', str(tmp_path), 100.0, 2.0, 'right', 0),
+                lambda: plan.run_plan(str(tmp_path), 'right', 0)):
+        with pytest.raises(BaxterDynamicsError, match='--output: .* is not empty'):
+            run()
+    assert [path.name for path in tmp_path.iterdir()] == ['notes']
+
+
+@pytest.mark.parametrize('output', ['nowhere/below', 'file'])
+def test_a_folder_that_cannot_be_is_a_clear_error(tmp_path, output):
+    (tmp_path / 'file').write_text('mine')
+    with pytest.raises(BaxterDynamicsError, match='--output: .* cannot be a folder'):
+        experiment.run('circle', str(tmp_path / output), 100.0, 2.0, 'right', 0)
+
+
+def test_an_empty_folder_is_taken(tmp_path):
+    assert experiment.run('lift', str(tmp_path), 100.0, 0.1, 'right', 0) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ['bag']
