@@ -1,11 +1,15 @@
-"""What the tests of the model share: random states, cases, reference engines, recordings."""
+"""What the tests share: random states, cases, reference engines, recordings, commands."""
 
+from contextlib import contextmanager
+import ctypes
 from pathlib import Path
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import mount
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core import joints
+from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.signals.settings import SETTINGS
 import numpy as np
 import pytest
 
@@ -188,3 +192,106 @@ def _ros_message(store, content, is_ros1):
     header = store.types['std_msgs/msg/Header'](*([0] if is_ros1 else []), stamp, 'base')
     return store.types['sensor_msgs/msg/JointState'](
         header, list(names), *(np.array(array, float) for array in arrays))
+
+
+@pytest.fixture
+def moving_arm():
+    """Return a function: n joint states at 100 Hz for make_bag, effort by settings and noise."""
+    def make(n, side='right', topic='/robot/joint_states', truth=None):
+        settings = PredictorSettings({**(truth or {}), 'arm': side})
+        random = np.random.default_rng(n)
+        t = 0.01 * np.arange(n)[:, None, None]  # [s]
+        w = 2 * np.pi * np.array([[0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5],  # [rad/s]
+                                  [0.11, 0.17, 0.13, 0.19, 0.07, 0.23, 0.29]])
+        phase = np.arange(14.0).reshape(2, 7)
+        center = np.array([0.0, -0.45, 0.0, 1.2, 0.0, 0.4, 0.0])  # [rad]
+        q = center + 0.35 * np.sin(w * t + phase).sum(1)
+        qd = (0.35 * w * np.cos(w * t + phase)).sum(1)
+        lagging = (0.35 * w * np.cos(w * (t - 0.014) + phase)).sum(1)
+        qdd = -(0.35 * w ** 2 * np.sin(w * t + phase)).sum(1)
+        effort = settings.effort_model.effort(
+            settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+        effort = effort + random.normal(0.0, 0.02, q.shape)
+        names = joints.joint_names(side)
+        return [(topic, stamp + 1000, (stamp, names, *row)) for stamp, *row in zip(
+            range(10 ** 18, 10 ** 18 + n * 10 ** 7, 10 ** 7), q, lagging, effort)]
+
+    return make
+
+
+@pytest.fixture
+def command(capsys):
+    """Return a function that runs a command of baxter_dynamics: exit code, stdout, stderr."""
+    for module in ('rosbags', 'pinocchio', 'scipy', 'matplotlib', 'jinja2', 'rich'):
+        pytest.importorskip(module, reason=f'needs {module}: pip install ".[offline]"')
+    from baxter_dynamics_ros.cli.main import main
+
+    def run(*arguments):
+        try:
+            code = main([str(argument) for argument in arguments])
+        except SystemExit as end:  # of the parser of arguments
+            code = end.code
+        return code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def refused(command, tmp_path, monkeypatch):
+    """Return a function that asserts: one line, exit code 1, and all in tmp_path as before."""
+    def contents():
+        return {path: path.is_dir() or path.read_bytes() for path in tmp_path.rglob('*')}
+
+    def run(name, *arguments):
+        monkeypatch.chdir(tmp_path)
+        before = contents()
+        code, out, err = command(name, *arguments)
+        assert (code, out) == (1, ''), err
+        (line,) = err.splitlines()
+        prefix, _, reason = line.partition(': ')
+        assert prefix == f'baxter_dynamics {name}'
+        assert contents() == before
+        return reason
+
+    return run
+
+
+@pytest.fixture
+def closed():
+    """Return a context manager that takes away rights to a path for a while, also from root."""
+    libc = ctypes.CDLL(None)
+    header = (ctypes.c_uint32 * 2)(0x20080522, 0)  # version 3 of the call, this thread
+
+    @contextmanager
+    def close(path, mode=0):
+        before = path.stat().st_mode
+        mine, less = (ctypes.c_uint32 * 6)(), (ctypes.c_uint32 * 6)()
+        for capabilities in (mine, less):
+            libc.capget(header, capabilities)
+        less[0] &= ~0b110  # DAC_OVERRIDE and DAC_READ_SEARCH, by which root may do everything
+        try:
+            path.chmod(mode)
+            libc.capset(header, less)
+            yield
+        finally:
+            libc.capset(header, mine)
+            path.chmod(before)
+
+    return close
+
+
+@pytest.fixture
+def all_changed():
+    """Return all settings with values other than their defaults, with more than seven digits."""
+    def changed(setting):
+        if isinstance(setting.default, bool):
+            return not setting.default
+        if isinstance(setting.default, str):
+            return setting.choices[-1]
+        if isinstance(setting.default, float):
+            return 1.0123456789 * setting.default or 0.123456789
+        return [1.0123456789 * x or 0.0123456789 for x in setting.default]
+
+    possible = [2.34567891e-2, 3.45678912e-2, 2.98765432e-2, 1.23456789e-4, -2.34567891e-4, 1.5e-5]
+    return PredictorSettings({**{setting.name: changed(setting) for setting in SETTINGS},
+                              'payload.inertia': possible}).values

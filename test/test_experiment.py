@@ -1,13 +1,15 @@
-"""The commands that record the fake Baxter: what is in the bag, and what is refused."""
+"""The commands that record the fake Baxter: the bag, the report, and what is refused."""
 
 import csv
+import json
 
 from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.core.joints import joint_names
 import numpy as np
 import pytest
 
-pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+for module in ('mujoco', 'pinocchio', 'matplotlib', 'jinja2'):
+    pytest.importorskip(module, reason=f'needs {module}: pip install ".[demo]"')
 rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags: pip install ".[demo]"')
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 
@@ -36,7 +38,8 @@ def read(bag):
 
 def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys):
     output = tmp_path / 'switch'
-    assert experiment.run('switch', str(output), 50.0, 1.2, 'left', 3) == 0
+    command = 'baxter_dynamics experiment switch'
+    assert experiment.run('switch', str(output), 50.0, 1.2, 'left', 3, command) == 0
     rows = read(output / 'bag')
     assert {row[0] for row in rows} == {'/robot/joint_states'}
     robot = FakeBaxter('left', 'switch', seed=3)
@@ -47,10 +50,16 @@ def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys):
     for row, wanted in zip(rows, expected):
         assert row[1:3] == wanted[:2]
         np.testing.assert_array_equal(row[3:], wanted[2:])
-    lines = capsys.readouterr().out.strip().splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith('recorded 60 joint states of 1.2 s on /robot/joint_states: ')
-    assert lines[0].endswith(f'{output}/bag')
+    first, *_, last = capsys.readouterr().out.strip().splitlines()
+    assert first.startswith('recorded 60 joint states of 1.2 s on /robot/joint_states: ')
+    assert first.endswith(f'{output}/bag')
+    assert last == f'report: {output}/report/report.html'
+    assert sorted(path.name for path in output.iterdir()) == ['bag', 'report']
+    report = output / 'report'
+    assert command in (report / 'report.html').read_text()
+    numbers = json.loads((report / 'summary.json').read_text())
+    assert (numbers['arm'], numbers['command']) == ('left', command)
+    assert numbers['lagrange_euler']['count'] == numbers['newton_euler']['count'] == 60 - 11
 
 
 @pytest.mark.parametrize('trajectory', ['circle', 'switch', 'lift'])
@@ -83,7 +92,7 @@ def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys):
 
 def test_a_folder_that_is_not_empty_is_refused_and_left_alone(tmp_path):
     (tmp_path / 'notes').write_text('mine')
-    for run in (lambda: experiment.run('lift', str(tmp_path), 100.0, 2.0, 'right', 0),
+    for run in (lambda: experiment.run('lift', str(tmp_path), 100.0, 2.0, 'right', 0, ''),
                 lambda: plan.run_plan(str(tmp_path), 'right', 0)):
         with pytest.raises(BaxterDynamicsError, match='--output: .* is not empty'):
             run()
@@ -94,9 +103,9 @@ def test_a_folder_that_is_not_empty_is_refused_and_left_alone(tmp_path):
 def test_a_folder_that_cannot_be_is_a_clear_error(tmp_path, output):
     (tmp_path / 'file').write_text('mine')
     with pytest.raises(BaxterDynamicsError, match='--output: .* cannot be a folder'):
-        experiment.run('circle', str(tmp_path / output), 100.0, 2.0, 'right', 0)
+        experiment.run('circle', str(tmp_path / output), 100.0, 2.0, 'right', 0, '')
 
 
 def test_an_empty_folder_is_taken(tmp_path):
-    assert experiment.run('lift', str(tmp_path), 100.0, 0.1, 'right', 0) == 0
-    assert [path.name for path in tmp_path.iterdir()] == ['bag']
+    assert experiment.run('lift', str(tmp_path), 100.0, 0.1, 'right', 0, '') == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'report']

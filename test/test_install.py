@@ -89,13 +89,16 @@ def test_nodes_name_the_extra_they_need(venv, executable):
     assert len(answer.stderr.strip().splitlines()) == 1
 
 
-def test_demo_names_the_extra_it_needs(venv):
-    answer = venv.run('baxter_dynamics', 'demo')
+@pytest.mark.parametrize('arguments, extra', [
+    ('demo', 'demo'), ('experiment lift', 'demo'), ('calibrate --plan', 'demo'),
+    ('evaluate run', 'offline'), ('calibrate run', 'offline')])
+def test_commands_name_the_extra_they_need(venv, arguments, extra):
+    answer = venv.run('baxter_dynamics', *arguments.split())
     assert answer.returncode == 1
     assert answer.stdout == ''
     line, = answer.stderr.splitlines()
-    assert line.startswith('baxter_dynamics demo: ')
-    assert 'pip install ".[demo]"' in line
+    assert line.startswith(f'baxter_dynamics {arguments.split()[0]}: No module named ')
+    assert f'install the {extra} extra: pip install ".[{extra}]"' in line
 
 
 @pytest.mark.parametrize('pattern', ['package.xml', 'config/*.yaml', 'launch/*.launch.xml'])

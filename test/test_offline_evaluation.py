@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('pinocchio', reason='the comparison needs Pinocchio: pip install pin')
+from baxter_dynamics_ros.newton_euler import NewtonEuler  # noqa: E402, I100
 from baxter_dynamics_ros.offline.evaluation import Evaluator  # noqa: E402, I100
 
 START = 10 ** 18  # [ns]
@@ -128,6 +129,30 @@ def test_terms_add_up():
     np.testing.assert_allclose(found.shares['other'], np.sqrt(
         ((0.1 + 0.05 * q) ** 2).mean(0)))
     assert (found.shares['friction'] > 0.1).all()
+
+
+def test_at_rest_there_is_gravity_and_exactly_nothing_else():
+    recording = Recording(200)
+    recording.q[:], recording.qd[:] = recording.q[0], 0.0
+    shares = Evaluator({}).evaluate(recording).shares
+    assert shares['gravity'][1] > 1.0 and shares['gravity'][0] == 0.0
+    for term in ('inertial', 'coriolis', 'friction', 'other'):
+        np.testing.assert_array_equal(shares[term], 0.0, err_msg=term)
+
+
+@pytest.mark.parametrize('has_batches', [True, False], ids=['with OpenMP', 'without'])
+def test_newton_euler_takes_batches_as_it_takes_one(rng, monkeypatch, has_batches):
+    if not has_batches:
+        monkeypatch.delattr('pinocchio.rneaInParallel', raising=False)
+    newton_euler = NewtonEuler(PredictorSettings({'payload.mass': 0.5}).arm)
+    states = rng.normal(size=(3, 2, 20, 7))
+    states[1, 0, 3] = np.nan
+    found = newton_euler.inverse_dynamics(*states)
+    expected = [[newton_euler.inverse_dynamics(*state) for state in zip(*rows)]
+                for rows in zip(*states)]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    assert np.isnan(found).any(-1).sum() == 1  # an unknown velocity spoils no other state
+    assert newton_euler.inverse_dynamics(*np.empty((3, 0, 7))).shape == (0, 7)
 
 
 def test_without_effort_there_is_nothing_to_compare_with():

@@ -138,6 +138,22 @@ def test_no_step_makes_it_unstable(cutoff, exponents):
     assert np.abs(derivative).max() < 10.0 * 2 * np.pi * cutoff
 
 
+@pytest.mark.parametrize('cutoff', [0.5, 5.0, 50.0])
+def test_every_step_is_the_trapezoidal_rule(cutoff):
+    rng, w = np.random.default_rng(8), 2 * np.pi * cutoff
+    dt = rng.choice([0.01, 0.01, 0.002, 0.03], 500)  # some steps alike, some not
+    u = rng.normal(size=(501, 7))
+    value, derivative = run(u, dt, cutoff)
+
+    def mean(x):
+        return 0.5 * (x[1:] + x[:-1])
+
+    dt = dt[:, None]
+    np.testing.assert_allclose(np.diff(value, axis=0), dt * mean(derivative), atol=1e-13)
+    np.testing.assert_allclose(np.diff(derivative, axis=0), dt * (
+        w ** 2 * (mean(u) - mean(value)) - np.sqrt(2) * w * mean(derivative)), atol=1e-13 * w ** 2)
+
+
 def test_no_time_keeps_the_state_and_replaces_the_sample():
     once, twice = ButterworthDerivative(CUTOFF), ButterworthDerivative(CUTOFF)
     for filter_ in (once, twice):

@@ -48,6 +48,10 @@ def test_reading_does_not_alias_the_message(intake):
         np.testing.assert_array_equal(array, values(names)[field])
 
 
+def test_what_is_read_is_read_only(intake):
+    assert not any(array.flags.writeable for array in intake.read(SDK, **values(SDK)))
+
+
 @pytest.mark.parametrize('missing', [('velocity',), ('effort',), ('velocity', 'effort')])
 def test_missing_velocity_and_effort_are_none(intake, missing):
     read = dict(zip(FIELDS, intake.read(SDK, **(values(SDK) | {f: EMPTY for f in missing}))))

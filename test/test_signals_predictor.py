@@ -210,6 +210,22 @@ def test_handled_arrays_are_not_aliased():
     np.testing.assert_array_equal(found.residual, wanted.residual)
 
 
+def test_predictions_are_read_only():
+    settings = PredictorSettings(CALIBRATED)
+    _, *arrays = play(settings.predictor(), measured(settings, 60))[-1]
+    assert len(arrays) == 6 and not any(array.flags.writeable for array in arrays)
+
+
+def test_predictions_stay_as_they_were():
+    settings = PredictorSettings(CALIBRATED)
+    predictor, messages = settings.predictor(), measured(settings, 80)
+    prediction = play(predictor, messages[:60])[-1]
+    copies = [array.copy() for array in prediction[1:]]
+    play(predictor, messages[60:])
+    for array, copy in zip(prediction[1:], copies):
+        np.testing.assert_array_equal(array, copy)
+
+
 def test_reset_starts_anew():
     settings = PredictorSettings()
     messages = measured(settings, 60)

@@ -51,6 +51,11 @@ def calibrate(recordings: list, values: dict = None, inertial: bool = False,
     say = progress or (lambda text: None)
     arm = one_arm(recordings)
     values = dict(PredictorSettings({**(values or {}), 'arm': arm}).values)
+    if not values['effort_model.enabled']:
+        raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
+                            'effort model to fit; begin with other parameters')
+    if not values['align']:
+        raise ArgumentError('align', 'false: a fit needs effort and acceleration of one instant')
     motions = _observed(recordings, values, say)
     refuse(motions)
     lag = velocity_lag(long_enough(motions))

@@ -91,7 +91,7 @@ class Fit:
         self._whole = sum(self._folds[1:], self._folds[0])
 
     def _spread(self) -> np.ndarray:
-        """Return the RMS (7,) that is left when each joint has its bias, the hand its load [N m]."""
+        """Return the RMS (7,) that is left once bias and payload are known [N m]."""
         active = np.zeros(len(self._regressor.parameters), dtype=bool)
         for term, where in zip(self._regressor.terms, self._regressor.slices):
             active[where] = term.name in ('bias', 'payload')

@@ -7,10 +7,6 @@ import numpy as np
 from .normal import solve
 from ..core.joints import N_JOINTS
 
-# A term is kept where it lowers the left-out RMS by this share: below, it is noise fitted.
-_WORTH = 0.01
-_WORTH_OF_ALL = 0.02
-
 
 class Step(NamedTuple):
     """What one more term bought."""
@@ -86,7 +82,7 @@ def select(regressor, folds: list, weights: np.ndarray, wanted, unknown) -> Sele
         trial[where] = True
         if term.shared:
             new = left_out.squared_error(weights, trial, range(N_JOINTS))
-            pays = np.mean(np.log(new / error)) < 2 * np.log1p(-_WORTH_OF_ALL)
+            pays = np.mean(np.log(new / error)) < 2 * np.log1p(-term.worth)
             kept = tuple(range(N_JOINTS)) if pays or term.name in wanted else ()
             if kept:
                 active[where] = True
@@ -106,7 +102,7 @@ def select(regressor, folds: list, weights: np.ndarray, wanted, unknown) -> Sele
                     trial &= _acts_on(regressor, joint)
                     together = [joint]
                 new = left_out.squared_error(weights, trial, together)[joint]
-                if new < error[joint] * (1 - _WORTH) ** 2 or term.name in wanted:
+                if new < error[joint] * (1 - term.worth) ** 2 or term.name in wanted:
                     active[own] = True
                     error[joint] = new
                     kept += (joint,)

@@ -26,6 +26,11 @@ _DAHL_LENGTHS = (0.01, 0.02, 0.03, 0.05)
 
 OPTIONAL = ('inertial', 'payload')  # terms that are fitted where asked for, and then in any case
 
+# By which share a term must lower the RMS on what was left out to be kept: of one joint for a
+# joint's own term, on the mean for a term of all joints, which may harm some. What has no physics
+# behind it must buy more, for it also passes for what the filter does to sharp friction.
+_WORTH, _WORTH_OF_ALL, _WORTH_OF_ODD = 0.01, 0.02, 0.05
+
 # What is believed before anything is measured: standard deviations, here as shares of a joint's
 # greatest torque, for torques and what makes them.
 _TORQUE = 0.04 * np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # [N m]
@@ -37,6 +42,8 @@ _TILT = 0.3  # horizontal gravity: 1.75 degrees [m/s^2]
 _LINK = 0.1  # [-]: 10 % of the mass, and of the radius of gyration for the centre of mass
 _PAYLOAD_MASS = 3.0  # [kg]
 _PAYLOAD_MOMENT = 0.5  # mass times centre of mass [kg m]
+
+_REACH = 1.0  # along an axis, of its centre: next to no mass may say anything [m]
 
 # An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
 _PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
@@ -88,8 +95,9 @@ class PerJoint:
 
     shared = False
 
-    def __init__(self, name, unit, prior, column, lower=None, without=()):
+    def __init__(self, name, unit, prior, column, lower=None, without=(), worth=_WORTH):
         self.name = name
+        self.worth = worth
         self._without = without
         self.setting = f'effort_model.{name}'
         self._column = column
@@ -136,6 +144,7 @@ class Spring:
 
     name = 'spring'
     shared = False
+    worth = _WORTH
 
     def __init__(self, model: EffortModel, shape: bool, constant: bool = False):
         self._model = model
@@ -180,6 +189,7 @@ class Tilt:
 
     name = 'tilt'
     shared = True
+    worth = _WORTH_OF_ALL
     parameters = (Parameter('gravity x', 'm/s^2', _TILT), Parameter('gravity y', 'm/s^2', _TILT))
 
     def acting(self, joint):
@@ -216,6 +226,7 @@ class Links:
 
     name = 'inertial'
     shared = True
+    worth = _WORTH_OF_ALL
 
     def __init__(self, arm: BaxterArm):
         self._root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
@@ -274,6 +285,7 @@ class Tool:
 
     name = 'payload'
     shared = True
+    worth = _WORTH_OF_ALL
     moments = tuple(map(_PAIRS.index, ((0, 3), (1, 3), (2, 3))))
     mass = _PAIRS.index((3, 3))
     fixed = tuple(n for n, (_, k) in enumerate(_PAIRS) if k < 3)
@@ -301,7 +313,7 @@ class Tool:
         mass = max(self._base.mass + deviation[self.mass], 0.0)
         moment = self._base.mass * np.array(self._base.center_of_mass) + deviation[
             list(self.moments)]
-        return mass, moment / mass if mass > 1e-3 else np.zeros(3)
+        return mass, np.clip(moment / mass, -_REACH, _REACH) if mass > 1e-3 else np.zeros(3)
 
     def second_moments(self, deviation: np.ndarray) -> np.ndarray:
         """Return what the fixed parameters must be, given the others, (6,) [kg m^2]."""
@@ -365,14 +377,15 @@ def all_terms(settings, shape: bool, constant: bool = False) -> list:
         PerJoint('viscous', 'N m s/rad', _TORQUE, lambda sample: sample.motion.qd, model.viscous),
         *(DahlFriction(model.dahl, *pair) for pair in enumerate(dahl_lengths(model))),
         PerJoint('added_inertia', 'kg m^2', np.full(N_JOINTS, _INERTIA),
-                 lambda sample: sample.motion.qdd),
+                 lambda sample: sample.motion.qdd, worth=_WORTH_OF_ODD),
     ]
     if settings.arm.gravity_vector[2]:
         terms.append(Tilt())
     return [
         *terms, Links(settings.arm),
         # Last, for over a small range a spring passes for many things; at s1 there is the spring.
-        PerJoint('stiffness', 'N m/rad', _TORQUE, lambda sample: sample.motion.q, without=(S1,)),
+        PerJoint('stiffness', 'N m/rad', _TORQUE, lambda sample: sample.motion.q, without=(S1,),
+                 worth=_WORTH_OF_ODD),
     ]
 
 

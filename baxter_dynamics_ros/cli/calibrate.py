@@ -7,9 +7,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from .outputs import output_file
 from .. import __version__
 from ..calibration.calibrate import calibrate
-from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import JOINTS
 from ..offline.parameter_file import read_parameters
 from ..offline.parameter_file import write_parameters
@@ -51,7 +51,8 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
 
     """
     console = Console()
-    path = _parameter_file(output)
+    path = output_file('--output', output, ('.yaml', '.yml'))
+    report = output_file('--output', path.with_suffix('.html'), ('.html',))
     values = read_parameters(params) if params else {}
     recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
                                  arm or values.get('arm'))
@@ -61,23 +62,12 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
         with console.status('') as status:
             result = calibrate(recordings, values, inertial, payload, only, status.update)
     comments = _comments(result, command)
-    write_calibration(path.with_suffix('.html'), result, command)
+    write_calibration(report, result, command, path.name)
     write_parameters(path, result.values, comments)
     _print(console, result)
     console.print(f'parameters: {path}', soft_wrap=True, highlight=False)
-    console.print(f'report: {path.with_suffix(".html")}', soft_wrap=True, highlight=False)
+    console.print(f'report: {report}', soft_wrap=True, highlight=False)
     return 0
-
-
-def _parameter_file(output: str) -> Path:
-    path = Path(output).expanduser().resolve()
-    if path.suffix not in ('.yaml', '.yml'):
-        raise BaxterDynamicsError(f'--output: expected a .yaml file, got {path.name}')
-    if not path.parent.is_dir():
-        raise BaxterDynamicsError(f'--output: no folder {path.parent}')
-    if path.is_dir():
-        raise BaxterDynamicsError(f'--output: {path} is a folder')
-    return path
 
 
 def _comments(result, command: str) -> list:

@@ -7,6 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from .outputs import output_folder
 from .progress import watched
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import joint_names
@@ -56,10 +57,14 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
 
     """
     console = Console()
-    folder = Path(output).expanduser()
+    folder = output_folder('--output', output)
+    if save_bag and Path(save_bag).expanduser().resolve() == folder:
+        raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
     values = read_parameters(params) if params else {}
     recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
                                  arm or values.get('arm'))
+    if not recordings:
+        raise BaxterDynamicsError(f'{", ".join(map(str, bags))}: no recordings')
     if save_bag and len(recordings) > 1:
         raise BaxterDynamicsError(
             f'--save-bag: one recording at a time, not {len(recordings)}')
@@ -73,17 +78,18 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
             with recording, watched(recording, console, writer) as played:
                 sink = None if writer is None else _sink(writer, recording.arm)
                 evaluations.append(evaluator.evaluate(played, sink))
-    total = evaluations[0]
-    if len(evaluations) > 1:
-        total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
-    write_evaluation(folder, evaluations, total, command,
-                     Path(params).name if params else 'defaults of the package')
+        # Within, so that there is no new bag without a report.
+        total = evaluations[0]
+        if len(evaluations) > 1:
+            total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
+        write_evaluation(folder, evaluations, total, command,
+                         Path(params).name if params else 'defaults of the package')
     _print(console, evaluations, total)
     if writer is not None:
         for topic_, reason in writer.skipped.items():
             console.print(f'not copied: {topic_}: {reason}', soft_wrap=True, highlight=False)
         console.print(f'bag: {writer.path}', soft_wrap=True, highlight=False)
-    console.print(f'report: {folder.resolve() / "report.html"}', soft_wrap=True, highlight=False)
+    console.print(f'report: {folder / "report.html"}', soft_wrap=True, highlight=False)
     return 0
 
 

@@ -98,7 +98,8 @@ def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed
 
     """
     count, start = 0, robot.time
-    with BagWriter(path) as bag, Progress(console=console, transient=True) as progress:
+    with BagWriter(path) as bag, Progress(console=console, transient=True,
+                                          disable=not console.is_terminal) as progress:
         task = progress.add_task('recording the fake Baxter', total=duration)
         for stamp, names, position, velocity, effort in record(robot, duration, rate, seed):
             bag.joint_state(TOPIC, stamp, names, position, velocity, effort)

@@ -43,6 +43,6 @@ class Presliding:
         if self._q is not None:
             step = q - self._q
             direction = np.sign(step)
-            self.z = direction + (self.z - direction) * np.exp(-np.abs(step) / self.length)
+            self.z = direction + (self.z - direction) * np.exp(np.abs(step) / -self.length)
         self._q = q
         return self.z

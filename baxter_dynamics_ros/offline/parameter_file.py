@@ -30,20 +30,11 @@ def read_parameters(path: Path) -> dict:
 
     """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        values = _settings(yaml.safe_load(Path(path).read_text(encoding='utf-8')))
+    except (OSError, UnicodeDecodeError, RecursionError, yaml.YAMLError) as error:
         reason = ' '.join(str(error).split())
         raise ParameterFileError(
             f'{path}: cannot be read as a parameter file ({reason})') from None
-    values = {}
-    if isinstance(content, dict):
-        for node, entry in content.items():
-            name = str(node).rstrip('/').rpartition('/')[2]
-            parameters = entry.get('ros__parameters') if isinstance(entry, dict) else None
-            if (node in _WILDCARDS or name == NODE) and isinstance(parameters, dict):
-                values.update(_flat(parameters))
-    values = {name: value for name, value in values.items()
-              if name != 'use_sim_time' and not name.startswith('qos_overrides.')}
     if not values:
         raise ParameterFileError(f'{path}: no parameters of {NODE}; expected /**: or {NODE}:, '
                                  'below it ros__parameters:, and below that the settings')
@@ -83,7 +74,7 @@ def write_parameters(path: Path, values: dict, comments=()):
             for group in groups:
                 place = place.setdefault(group, {})
             place[leaf] = _plain(values[name])
-    head = ''.join(f'# {line}'.rstrip() + '\n' for line in comments)
+    head = ''.join(f'# {_printable(line)}'.rstrip() + '\n' for line in comments)
     body = yaml.safe_dump({'/**': {'ros__parameters': tree}}, sort_keys=False, width=95,
                           default_flow_style=None)
     path = Path(path)
@@ -102,12 +93,30 @@ def write_parameters(path: Path, values: dict, comments=()):
         raise ParameterFileError(f'{path}: cannot be written ({error.strerror})') from None
 
 
+def _settings(content) -> dict:
+    """Return what a file holds for the predictor, setting name to value."""
+    values = {}
+    if isinstance(content, dict):
+        for node, entry in content.items():
+            name = str(node).rstrip('/').rpartition('/')[2]
+            parameters = entry.get('ros__parameters') if isinstance(entry, dict) else None
+            if (node in _WILDCARDS or name == NODE) and isinstance(parameters, dict):
+                values.update(_flat(parameters))
+    return {name: value for name, value in values.items()
+            if name != 'use_sim_time' and not name.startswith('qos_overrides.')}
+
+
 def _flat(tree: dict, prefix: str = ''):
     for name, value in tree.items():
         if isinstance(value, dict):
             yield from _flat(value, f'{prefix}{name}.')
         else:
             yield f'{prefix}{name}', value
+
+
+def _printable(text: str) -> str:
+    """Return text with what no comment in YAML may hold, such as ends of lines, escaped."""
+    return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def _plain(value):

@@ -63,12 +63,12 @@ def _stacked(rows: list) -> Block:
     difference = (velocity - _array([state.qd for state in previous])) / dt[:, None]
     return Block(
         np.array(received),
-        Estimate(np.array(stamp), np.array(q), np.array(qd), np.array(qdd), _array(measured),
-                 np.array(presliding)),
-        np.array([state.q for state in newest]), velocity,
+        Estimate(np.array(stamp), *map(_array, (q, qd, qdd, measured, presliding))),
+        _array([state.q for state in newest]), velocity,
         _array([state.effort for state in newest]), difference)
 
 
 def _array(values) -> np.ndarray:
     """Stack arrays (7,) of which some may be None, to (n, 7) with NaN for these."""
-    return np.array([_NOTHING if value is None else value for value in values])
+    return np.concatenate(
+        [_NOTHING if value is None else value for value in values]).reshape(-1, N_JOINTS)

@@ -39,9 +39,9 @@ class Evaluation:
     name, topic, arm : str
         The recording's name, its topic, and which arm was judged.
     duration : float
-        From the first to the last joint state of the arm [s].
+        Time in which effort was predicted, gaps left out [s].
     rate : float
-        Joint states of the arm a second [Hz].
+        Predictions a second in that time, one a joint state [Hz].
     counts : dict
         Event value (str), 'received', 'taken', 'predicted' -> how often.
     warnings : tuple of str

@@ -93,7 +93,7 @@ def _bought(calibration) -> 'Finding | None':
     nothing = [name for name, step in zip(names, calibration.steps[1:]) if not step.joints]
     if nothing:
         text += f' Kept at no joint: {", ".join(nothing)}.'
-    return Finding('What bought most', text[0].upper() + text[1:])
+    return Finding('What bought most', _sentence([text]))
 
 
 def _harm(calibration) -> 'Finding | None':
@@ -109,9 +109,9 @@ def _harm(calibration) -> 'Finding | None':
                         'joints)')
     if not harm:
         return None
-    return Finding('Fitted, but no help', f'On what was left out the residual becomes greater by '
-                   f'{"; ".join(harm)}. The bias is fitted in any case, other terms because they '
-                   'were asked for: leave out what does not help, or record more varied motion.')
+    return Finding('Fitted, but no help', 'These make the residual on what was left out greater: '
+                   f'{"; ".join(harm)}. The bias is fitted in any case, and what was asked for. '
+                   'Ask for less, or record more varied motion.')
 
 
 def _worse(calibration) -> 'Finding | None':
@@ -150,8 +150,8 @@ def _uncertain(calibration) -> 'Finding | None':
         return None
     named = [f'{parameter_name(one)} ({value_text(one)})' for one in loose[:_NAMED]]
     more = f', and {len(loose) - _NAMED} more below' if len(loose) > _NAMED else ''
-    return Finding('Not told from zero', f'{", ".join(named)}{more}: the uncertainty is larger '
-                   'than the value. Others can take their part, so do not read them as '
+    return Finding('Not told from zero', f'{_sentence(named, ", ")}{more}: the uncertainty is '
+                   'larger than the value. Others can take their part, so do not read them as '
                    'properties of the robot.')
 
 
@@ -193,8 +193,8 @@ def _list(texts, where: np.ndarray) -> str:
     return ', '.join(texts[i] for i in np.flatnonzero(where))
 
 
-def _sentence(wishes: list) -> str:
-    text = '; '.join(wishes)
+def _sentence(parts: list, between: str = '; ') -> str:
+    text = between.join(parts)
     return text[0].upper() + text[1:]
 
 

@@ -23,6 +23,7 @@ from ..core.joints import JOINTS
 BEFORE, AFTER = '#e07b1a', '#0b3c68'
 _EACH = '#6f9bc4'  # of single recordings
 _TAKEN, _ADDED, _NOT_KEPT = '#bcd9ee', '#f0b79b', '#d5dae0'
+_WORSE = 1.005  # times the residual before, from which a number shows alarm
 _SMALLEST = 1e-3  # [N m]: a logarithmic scale needs an end
 
 
@@ -50,7 +51,7 @@ def gain_picture(name: str, calibration) -> Picture:
                       color=_TAKEN if after[i] <= before[i] else _ADDED, zorder=2)
             axis.text(1.02, i, change(before[i], after[i]), va='center',
                       transform=axis.get_yaxis_transform(),
-                      color=INK if after[i] <= before[i] else ALERT)
+                      color=INK if after[i] <= _WORSE * before[i] else ALERT)
         rows = np.arange(len(JOINTS))
         part = 'part' if calibration.by_time else 'recording'
         axis.plot(each.ravel(), np.tile(rows, len(each)), '|', color=_EACH, markersize=8,
@@ -109,7 +110,7 @@ def _draw_step(axis, row: int, last: float, now: float, kept: bool, reach: float
               color=_TAKEN if now <= last else _ADDED)
     if kept:
         axis.text(max(last, now) + 0.02 * reach, row, number(now), va='center',
-                  color=INK if now <= last else ALERT)
+                  color=INK if now <= _WORSE * last else ALERT)
 
 
 def _log_ticks(axis, values: np.ndarray):

@@ -129,7 +129,7 @@ def friction_picture(name: str, calibration, joint: int) -> Picture:
             qd = np.linspace(-_FASTEST, _FASTEST, 161)
             steady.plot(qd, model.friction(np.repeat(qd[:, None], N_JOINTS, 1))[:, joint],
                         color=color, linewidth=width, label=label)
-            turning.plot(*_loop(model, joint), color=color, linewidth=width)
+            turning.plot(*friction_loop(model, joint), color=color, linewidth=width)
         reach = max(np.abs(line.get_ydata()).max() for axis in figure.axes for line in axis.lines)
         for axis in (steady, turning):
             zero_line(axis)
@@ -177,7 +177,7 @@ def _dots(axis, fitted: dict, others: dict):
     axis.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
 
 
-def _loop(model: EffortModel, joint: int) -> tuple:
+def friction_loop(model: EffortModel, joint: int) -> tuple:
     """Return angle [rad] and friction [N m] of a joint that swings to and fro, settled."""
     phase = np.linspace(0.0, 4 * np.pi, 401)
     q = _SWING * np.repeat(np.sin(phase)[:, None], N_JOINTS, 1)

@@ -59,7 +59,7 @@ def decimals(uncertainty: float) -> int:
 def plus_minus(value: float, uncertainty: float) -> str:
     """Return a number with its uncertainty."""
     digits = decimals(uncertainty)
-    return f'{number(value, digits)} ± {number(uncertainty, digits)}'
+    return f'{number(value, digits)}\u00a0±\u00a0{number(uncertainty, digits)}'
 
 
 def change(before: float, after: float) -> str:

@@ -34,7 +34,9 @@ class ButterworthDerivative:
 
     def __init__(self, cutoff: float):
         self._w = 2 * pi * cutoff
-        self._u = None
+        self._dt = None
+        self._step = None  # what a step of dt makes of the state, as a matrix on its right
+        self._state = None  # (..., 3): x', and u - x at the last sample and at the newest
         self.value = None
         self.derivative = None
         self.delay = 2 * DAMPING / self._w
@@ -42,9 +44,9 @@ class ButterworthDerivative:
 
     def reset(self, u: np.ndarray):
         """Start at rest at u, any shape."""
-        self._u = u
+        self._state = np.zeros(np.shape(u) + (3,))
         self.value = u
-        self.derivative = np.zeros(np.shape(u))
+        self.derivative = self._state[..., 0]
 
     def update(self, u: np.ndarray, dt: float):
         """
@@ -52,10 +54,19 @@ class ButterworthDerivative:
 
         With a dt of zero the state stays, and the next step starts from u.
         """
+        if dt != self._dt:
+            self._dt, self._step = dt, self._trapezoid(dt)
+        self._state[..., 2] = u - self.value
+        self._state = self._state.dot(self._step)  # x', u - x, and what x moves by
+        self.derivative = self._state[..., 0]
+        self.value = self.value + self._state[..., 2]
+
+    def _trapezoid(self, dt: float) -> np.ndarray:
+        """Return the matrix of a step of dt [s], (3, 3): the trapezoidal rule solved for it."""
         a = dt * self._w * DAMPING
         b = (dt * self._w) ** 2 / 4
-        x, x_dot = self.value, self.derivative
-        self.derivative = ((1 - a - b) * x_dot
-                           + (dt * self._w ** 2) * (0.5 * (self._u + u) - x)) / (1 + a + b)
-        self.value = x + (0.5 * dt) * (x_dot + self.derivative)
-        self._u = u
+        c = dt * self._w ** 2 / 2
+        s = 1 / (1 + a + b)
+        return np.array([(1 - a - b) * s, -dt * s, dt * s,
+                         c * s, -b * s, b * s,
+                         c * s, (1 + a) * s, b * s]).reshape(3, 3)

@@ -47,10 +47,10 @@ class DelayLine:
         if len(samples) == 1:
             return q0, effort0
         t1, q1, effort1 = samples[1]
-        w = (t - t0) / (t1 - t0)
-        q = q0 + w * (q1 - q0)
-        if w == 0.0:
+        if t == t0:
             return q0, effort0
+        w = np.array((t - t0) / (t1 - t0))  # multiplies faster than a float
+        q = q0 + w * (q1 - q0)
         if effort0 is None or effort1 is None:
             return q, None
         return q, effort0 + w * (effort1 - effort0)

@@ -12,8 +12,8 @@ PLAUSIBLE_POSITION = 2 * np.pi  # [rad]
 PLAUSIBLE_VELOCITY = 40.0  # [rad/s]
 PLAUSIBLE_EFFORT = 1000.0  # [N m]
 
-_BOUNDS = np.repeat([PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY, PLAUSIBLE_EFFORT], N_JOINTS)
-_POSITION, _VELOCITY, _EFFORT = (slice(i, i + N_JOINTS) for i in (0, N_JOINTS, 2 * N_JOINTS))
+_BOUNDS = np.array([[PLAUSIBLE_POSITION], [PLAUSIBLE_VELOCITY], [PLAUSIBLE_EFFORT]]).repeat(
+    N_JOINTS, axis=1)
 _MEMORY = 64  # layouts of messages remembered
 
 
@@ -75,19 +75,18 @@ class Intake:
         n = len(names)
         if len(position) != n or len(velocity) not in (0, n) or len(effort) not in (0, n):
             return Event.LENGTH_MISMATCH
-        row = np.zeros(3 * N_JOINTS)
-        row[_POSITION] = position[layout]
+        sample = np.zeros((3, N_JOINTS))
+        sample[0] = position[layout]
         if len(velocity):
-            row[_VELOCITY] = velocity[layout]
+            sample[1] = velocity[layout]
         if len(effort):
-            row[_EFFORT] = effort[layout]
+            sample[2] = effort[layout]
         # Written so that NaN fails, too.
-        if np.count_nonzero(np.abs(row) <= _BOUNDS) < len(row):
-            return Event.IMPLAUSIBLE if np.isfinite(row).all() else Event.NON_FINITE
-        row.flags.writeable = False
-        return (row[_POSITION],
-                row[_VELOCITY] if len(velocity) else None,
-                row[_EFFORT] if len(effort) else None)
+        if np.count_nonzero(np.abs(sample) <= _BOUNDS) < sample.size:
+            return Event.IMPLAUSIBLE if np.isfinite(sample).all() else Event.NON_FINITE
+        sample.setflags(write=False)
+        return (sample[0], sample[1] if len(velocity) else None,
+                sample[2] if len(effort) else None)
 
     def _find(self, names: tuple) -> 'np.ndarray | Event':
         present = [name for name in names if name in self.names]

@@ -184,16 +184,16 @@ class Predictor:
         residual = None
         if measured is not None:
             residual = measured - effort
-            residual.flags.writeable = False
+            residual.setflags(write=False)
         for array in (q, qd, qdd, tau, effort):
-            array.flags.writeable = False
+            array.setflags(write=False)
         return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual)
 
     def _valid(self, effort):
         """Return the measured effort, or None where the robot cannot have measured it."""
         if effort is None:
             self.counts[Event.EFFORT_MISSING] += 1
-        elif not np.count_nonzero(effort):
+        elif not any(effort.tolist()):
             self.counts[Event.EFFORT_ALL_ZERO] += 1
             return None
         return effort

@@ -1,11 +1,19 @@
-"""What the tests of the reports share: an evaluation of signals that are known."""
+"""What the tests of the reports share: an evaluation and a calibration that are known."""
 
+from dataclasses import replace
+
+from baxter_dynamics_ros.calibration.lag import Lag
+from baxter_dynamics_ros.calibration.results import Calibration
+from baxter_dynamics_ros.calibration.results import Fitted
+from baxter_dynamics_ros.calibration.results import Judged
+from baxter_dynamics_ros.calibration.selection import Step
 from baxter_dynamics_ros.offline.results import Band
 from baxter_dynamics_ros.offline.results import ErrorStatistics
 from baxter_dynamics_ros.offline.results import ESTIMATORS
 from baxter_dynamics_ros.offline.results import Evaluation
 from baxter_dynamics_ros.offline.results import METHODS
 from baxter_dynamics_ros.offline.results import TERMS
+from baxter_dynamics_ros.signals.settings import DEFAULTS
 import numpy as np
 import pytest
 
@@ -13,6 +21,8 @@ AMPLITUDE = np.array([5.0, 20.0, 3.0, 8.0, 0.5, 0.6, 0.1])  # of the measured ef
 OFFSET = np.array([0.5, -0.25, 0.125, 0.01, -0.02, 0.03, 0.08])  # of the error [N m]
 PERIOD = 0.02  # [s]
 GAP = slice(400, 450)  # samples that are missing: 1 s
+
+BEFORE = np.array([1.0, 2.0, 0.8, 0.5, 0.2, 0.4, 0.1])  # RMS before a calibration [N m]
 
 
 @pytest.fixture(scope='session')
@@ -27,6 +37,61 @@ def too_short():
     none = {signal: Band(np.zeros((0, 7)), np.zeros((0, 7))) for signal in METHODS}
     return Evaluation('too short', '/robot/joint_states', 'right', 0.0, 0.0, {'received': 1},
                       ('nothing could be predicted',), {}, {}, {}, np.zeros(0), none)
+
+
+@pytest.fixture(scope='session')
+def calibration():
+    """Return a calibration from two recordings, 30 s and 10 s long."""
+    steps = [Step('', (), BEFORE),
+             Step('bias', tuple(range(7)), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
+             Step('viscous', (), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
+             Step('dahl', (0, 1), BEFORE * [0.4, 0.3, 0.5, 0.5, 0.5, 0.5, 0.5]),
+             Step('tilt', tuple(range(7)), BEFORE * [0.5, 0.4, 0.5, 0.5, 0.5, 0.5, 0.5])]
+    changes = {'effort_model.bias': (0.5, -0.25, 0.125, 0.0, 0.0, 0.0, 0.0625),
+               'effort_model.dahl': (0.3, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0),
+               'effort_model.dahl_length': 0.05, 'gravity': (0.171, -0.0856, -9.808)}
+    parameters = [
+        *(Fitted('bias', f'bias {joint}', 'N m', 0.0, value, 0.1) for joint, value in zip(
+            ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2'), changes['effort_model.bias'])),
+        Fitted('dahl', 'dahl s0', 'N m', 0.0, 0.3, 0.02),
+        Fitted('dahl', 'dahl s1', 'N m', 0.0, 1.5, 0.0071),
+        Fitted('tilt', 'gravity x', 'm/s^2', 0.0, 0.171, 0.0171),
+        Fitted('tilt', 'gravity y', 'm/s^2', 0.0, -0.0856, 0.0342)]
+    judged = [Judged('varied', 30.0, BEFORE, 0.5 * BEFORE),
+              Judged('laps', 10.0, BEFORE, BEFORE * [0.25, 0.5, 1.5, 0.5, 0.5, 0.5, 0.5])]
+    before = {**DEFAULTS, 'arm': 'left'}
+    return Calibration(
+        arm='left', before=before, values={**before, **changes}, parameters=parameters,
+        steps=steps, judged=judged, by_time=False,
+        lag=Lag(0.0133, 3e-5, np.array([0.0133] * 5 + [0.02, np.nan])),
+        warnings=('e1: the motion does not show stiffness: as before',), samples=4000,
+        duration=40.0, s1_range=(-1.1, 0.35))
+
+
+@pytest.fixture(scope='session')
+def links():
+    """Return what a calibration fits to the links."""
+    return [Fitted('inertial', f'link {link} {name}', unit, before, before + 0.25, 0.05)
+            for link in range(1, 8)
+            for name, unit, before in (('mass', 'kg', 4.0), ('moment x', 'kg m', 0.5),
+                                       ('moment y', 'kg m', 0.0), ('moment z', 'kg m', -0.5))]
+
+
+@pytest.fixture(scope='session')
+def calibration_report(calibration, links, tmp_path_factory):
+    """Return the page on a calibration with all there can be, written over an old one."""
+    from baxter_dynamics_ros.report.calibration import write_calibration
+    path = tmp_path_factory.mktemp('calibration') / 'my robot.html'
+    path.write_text('old')
+    hostile = '=<script>alert("x")</script> & \'../a b\'\udcff'
+    names = [hostile, 'a_name_that_has_no_place_to_break_' * 5, *(f'run {i}' for i in range(28))]
+    judged = [Judged(name, 1.0, one.before, one.after)
+              for name, one in zip(names, 15 * calibration.judged)]
+    warnings = [f'{name}: 3 x repeated_stamp: <look>' for name in names[:20]]
+    write_calibration(path, replace(
+        calibration, judged=judged, warnings=(*warnings, 's1 sweeps', 'w2: never moves'),
+        parameters=[*calibration.parameters, *links]), f'calibrate {hostile}')
+    return path
 
 
 def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0):

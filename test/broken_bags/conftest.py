@@ -1,25 +1,21 @@
-"""Bags that are broken, or hold something else: one line that says what is wrong."""
+"""Bags that are broken, or hold something else, and what must be said about each."""
 
 import os
 import re
 import shutil
 import sqlite3
 import struct
+from typing import NamedTuple
 
 from baxter_dynamics_ros.core.joints import joint_names
 import numpy as np
 import pytest
-
-pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.offline.bags import open_bag  # noqa: E402, I100
-from baxter_dynamics_ros.offline.diagnosis import BagError  # noqa: E402
 
 TOPIC = '/robot/joint_states'
 START = 1_700_000_000_123_456_789  # [ns]
 RIGHT, LEFT = joint_names('right'), joint_names('left')
 ROBOT = ('head_nod', 'head_pan', *LEFT, *RIGHT, 'torso_t0')
 GRIPPER = ('r_gripper_l_finger_joint', 'r_gripper_r_finger_joint')
-KINDS = ['mcap', 'sqlite3', 'ros1']
 
 
 def states(n, names=RIGHT, topic=TOPIC):
@@ -175,126 +171,32 @@ BROKEN = {
 }
 
 
-def read(path, topic=None, arm=None):
-    with open_bag(path, topic, arm) as recording:
-        return list(recording)
+class BrokenBag(NamedTuple):
+    """A bag that cannot be used."""
+
+    path: object  # as it is given
+    pattern: str  # of the line that says why
 
 
-def line_of(path, *args):
-    with pytest.raises(BagError) as caught:
-        read(path, *args)
-    line = str(caught.value)
-    assert '\n' not in line
-    assert line.startswith(str(path.parent))
-    return line
-
-
-@pytest.mark.parametrize('make_broken, pattern', BROKEN.values(), ids=BROKEN.keys())
-def test_says_what_is_wrong(make_bag, tmp_path, make_broken, pattern):
+@pytest.fixture(params=BROKEN.values(), ids=BROKEN.keys())
+def broken_bag(request, make_bag, tmp_path):
+    """Return each broken bag in turn, in tmp_path, and the pattern of the line about it."""
+    make_broken, pattern = request.param
     path = make_broken(make_bag, tmp_path)
     if not pattern.startswith('^'):
         pattern = f'^{re.escape(str(path))}: {pattern}'
-    line = line_of(path)
-    assert re.search(pattern, line), line
+    return BrokenBag(path, pattern)
 
 
-@pytest.mark.parametrize('topic, arm, end', [
-    ('/none', None, f'has no messages on /none; joint states are on {TOPIC}'),
-    ('/talk', None, '/talk holds std_msgs/msg/String, not sensor_msgs/msg/JointState; joint '
-                    f'states are on {TOPIC}'),
-    (None, 'left', f'{TOPIC} has no joints of the left arm, only {", ".join(sorted(RIGHT))}'),
-], ids=['topic', 'type', 'arm'])
-@pytest.mark.parametrize('kind', KINDS)
-def test_says_what_there_is_instead(make_bag, kind, topic, arm, end):
-    path = make_bag([('/talk', START, 'hello'), *states(3)], kind)
-    assert line_of(path, topic, arm) == f'{path}: {end}'
+@pytest.fixture(name='states')
+def fixture_states():
+    """Return the function that makes joint states for make_bag."""
+    return states
 
 
-@pytest.mark.parametrize('kind', KINDS)
-def test_what_is_refused_is_closed(make_bag, kind):
-    recording = open_bag(make_bag(states(3, ROBOT), kind))
-    before = os.listdir('/proc/self/fd')
-    with pytest.raises(BagError, match='both arms'):
-        recording.__enter__()
-    assert len(os.listdir('/proc/self/fd')) == len(before)
-
-
-def test_long_lists_are_cut(make_bag):
-    names = [f'joint_{i:02}' for i in range(30)]
-    line = line_of(make_bag(states(3, names)))
-    assert line.endswith('only ' + ', '.join(names[:8]) + ' and 22 more')
-
-
-@pytest.mark.parametrize('kind', KINDS)
-@pytest.mark.parametrize('what', ['file', 'folder'])
-def test_permission_denied(make_bag, tmp_path, kind, what):
-    path = make_bag(states(3), kind)
-    file = path if path.is_file() else max(path.iterdir(), key=lambda file: file.stat().st_size)
-    closed = file if what == 'file' else file.parent
-    folders = [folder for folder in tmp_path.parents if folder.name.startswith('pytest-')]
-    modes = {folder: folder.stat().st_mode for folder in (*folders, tmp_path, closed)}
-    is_root = os.geteuid() == 0
-    try:
-        for folder in (*folders, tmp_path):
-            folder.chmod(0o755)
-        closed.chmod(0)
-        if is_root:
-            os.seteuid(65534)  # nobody: root may read everything
-        assert 'permission denied; make it readable' in line_of(path)
-    finally:
-        if is_root:
-            os.seteuid(0)
-        for folder, mode in modes.items():
-            folder.chmod(mode)
-
-
-@pytest.mark.parametrize('fraction', [0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97])
-@pytest.mark.parametrize('kind', KINDS)
-def test_wherever_it_is_cut(make_bag, kind, fraction):
-    path = make_bag(states(3000), kind)
-    file = path if path.is_file() else max(path.iterdir(), key=lambda file: file.stat().st_size)
-    cut(file, fraction)
-    line_of(path)
-
-
-@pytest.mark.parametrize('kind', KINDS)
-def test_garbage_is_one_line_or_still_joint_states(make_bag, rng, kind):
-    path = make_bag(states(300), kind)
-    file = path if path.is_file() else max(path.iterdir(), key=lambda file: file.stat().st_size)
-    data = file.read_bytes()
-    failures = 0
-    for _ in range(40):
-        broken = bytearray(data)
-        at, n = rng.integers(len(data)), rng.integers(1, 200)
-        broken[at:at + n] = rng.bytes(n)
-        file.write_bytes(broken[:len(data)])
-        try:
-            assert len(read(path)) == 300
-        except BagError as error:
-            failures += 1
-            assert '\n' not in str(error)
-    assert failures > 10
-
-
-def test_mcap_without_summary_is_read(make_bag):
+@pytest.fixture
+def bag_without_summary(make_bag):
+    """Return an MCAP file without an index, and the messages in it."""
     path = make_bag(states(20)) / 'run.mcap'
     remove_summary(path)
-    assert [state.stamp_ns for state in read(path)] == [row[1] for row in states(20)]
-
-
-@pytest.mark.parametrize('kind, end', [('mcap', 'mcap'), ('ros1', '')])
-def test_reads_as_it_goes(make_bag, kind, end):
-    """What is broken further on does not keep the beginning from being played."""
-    path = file = make_bag(states(8000), kind)
-    if end:
-        file = path / f'{path.name}.{end}'
-    data = bytearray(file.read_bytes())
-    middle = len(data) // 2
-    data[middle:middle + 4000] = bytes([255]) * 4000
-    file.write_bytes(data)
-    with open_bag(path, arm='right') as recording:
-        played = iter(recording)
-        for _ in range(2000):  # more than the arm is looked for in
-            next(played)
-        with pytest.raises(BagError, match=f'^{path}: '):
-            list(played)
+    return path, states(20)

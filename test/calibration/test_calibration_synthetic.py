@@ -1,0 +1,216 @@
+"""A robot whose every number is known: the fit finds it, and says how well."""
+
+from dataclasses import replace
+
+from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.signals.settings import PredictorSettings
+import numpy as np
+import pytest
+
+pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
+
+from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.fit import Fit  # noqa: E402
+from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
+from baxter_dynamics_ros.calibration.motion import observe  # noqa: E402
+from baxter_dynamics_ros.calibration.terms import Links  # noqa: E402
+
+pytestmark = pytest.mark.filterwarnings('error')
+
+# How uncertain a parameter may be where the motion shows it well.
+LIMITS = {'bias': 0.15, 'coulomb': 0.15, 'viscous': 0.1, 'dahl': 0.15, 'added_inertia': 0.05,
+          'stiffness': 0.15, 'gravity': 0.015}
+
+
+def test_the_truth_is_found_within_its_uncertainty(robot):
+    found = robot.calibrated('all')
+    errors = robot.off(found, robot.ALL)
+    print({name: round(error, 1) for name, error in errors.items()})
+    assert max(map(abs, errors.values())) < 3.0
+    assert 0.05 < np.sqrt(np.mean(np.square(list(errors.values())))) < 1.5
+    for parameter in found.parameters:
+        limit = LIMITS.get(parameter.name.split()[0])
+        assert limit is None or parameter.uncertainty < limit, parameter.name
+
+
+def test_what_there_is_is_fitted(robot):
+    found = robot.kept(robot.calibrated('all'))
+    for name, values in robot.ALL.items():
+        term = name.partition('.')[2]
+        for joint, value in zip(JOINTS, values):
+            if term and value:
+                assert joint in found[term], (term, joint)
+    assert found['tilt'] == JOINTS
+    assert robot.calibrated('all').values['effort_model.dahl_length'] == 0.02
+
+
+def test_what_there_is_not_is_not_fitted(robot):
+    found = robot.calibrated('friction')
+    joints = robot.kept(found)
+    assert joints.pop('bias') == JOINTS
+    assert set(joints.pop('coulomb')) == set(JOINTS) - {'e1'}
+    assert set(joints.values()) == {()}
+    assert max(map(abs, robot.off(found, robot.FRICTION).values())) < 3.0
+    for name, value in found.values.items():
+        if name not in robot.FRICTION:
+            np.testing.assert_array_equal(value, found.before[name], err_msg=name)
+    assert found.values['effort_model.coulomb'][3] == 0.0
+
+
+def test_what_is_left_on_data_left_out_is_the_noise(robot):
+    found = robot.calibrated('friction')
+    assert (found.rms_after < robot.LEAST).all()
+    assert (found.rms_before > 2.0 * found.rms_after).all()
+    assert found.samples == sum(len(r.states) - 21 for r in robot.recordings('friction'))
+    assert found.duration == pytest.approx(0.01 * (found.samples - 2), rel=1e-3)
+    left = [residual(observe(r, found.values), found.values) for r in robot.recordings('friction')]
+    for judged, one in zip(found.judged, left):
+        np.testing.assert_allclose(judged.after, np.sqrt(np.mean(one ** 2, axis=0)), rtol=0.05)
+
+
+def test_each_step_tells_what_its_term_bought(robot):
+    steps = robot.calibrated('friction').steps
+    assert [step.term for step in steps][:2] == ['', 'bias']
+    np.testing.assert_allclose(steps[0].rms, robot.calibrated('friction').rms_before, rtol=0.01)
+    for before, after in zip(steps, steps[1:]):
+        assert (after.rms < (1.0 + 1e-9) * before.rms)[list(after.joints)].all()
+        others = [i for i in range(7) if i not in after.joints]
+        np.testing.assert_array_equal(after.rms[others], before.rms[others])
+
+
+def test_the_residual_of_a_motion_is_the_nodes(robot):
+    values = {**robot.ALL, 'arm': 'right', 'effort_model.coulomb_velocity': 0.1}
+    one = robot.recording(values, 7, 12.0)
+    one.states = one.states[:500] + one.states[560:]  # a gap: the filter starts anew
+    predictor = PredictorSettings(values).predictor()
+    node = [p for p in (predictor.handle(*state[:5]) for state in one) if p is not None]
+    motion = observe(one, values)
+    np.testing.assert_allclose(residual(motion, values), [p.residual for p in node], atol=1e-9)
+    np.testing.assert_array_equal(motion.time,
+                                  [(p.stamp_ns - node[0].stamp_ns) * 1e-9 for p in node])
+    assert len(motion.segments) == 2
+
+
+def test_without_a_sweep_of_s1_its_springs_shape_is_kept(robot):
+    def motion(seed, t):
+        q, qd, qdd = robot.wander(seed, t)
+        return robot.CENTER + 0.5 * (q - robot.CENTER), 0.5 * qd, 0.5 * qdd
+    truth = {**robot.FRICTION,
+             'effort_model.spring_coefficients': 1.1 * np.array(SPRING_COEFFICIENTS)}
+    found = calibrate([robot.recording(truth, seed, motion=motion) for seed in range(2)])
+    (line,) = [line for line in found.warnings if 'its shape is kept' in line]
+    low, high = (float(line.split()[i]) for i in (2, 4))
+    assert -1.2 < low < -0.9 and 0.0 < high < 0.3
+    assert robot.kept(found)['spring'] == ('s1',)
+    (gain,) = [p for p in found.parameters if p.term == 'spring']
+    assert (gain.name, gain.before) == ('spring gain', pytest.approx(1.0))
+    assert abs(gain.after - 1.1) < 3 * gain.uncertainty and gain.uncertainty < 0.05
+    np.testing.assert_allclose(np.array(found.values['effort_model.spring_coefficients'])
+                               / SPRING_COEFFICIENTS, gain.after)
+
+
+def test_with_a_sweep_of_s1_the_springs_shape_is_fitted(robot):
+    def motion(seed, t):
+        q, qd, qdd = robot.wander(seed, t)
+        angle = 0.4 * t + seed
+        q[:, 1], qd[:, 1], qdd[:, 1] = (
+            -0.45 + 1.5 * np.sin(angle), 0.6 * np.cos(angle), -0.24 * np.sin(angle))
+        return q, qd, qdd
+    truth = {**robot.FRICTION, 'effort_model.spring_coefficients': (-3.0, -8.0, 30.0, 8.5, 4.5)}
+    found = calibrate([robot.recording(truth, seed, motion=motion) for seed in range(2)])
+    assert not [line for line in found.warnings if 'its shape is kept' in line]
+    assert len([p for p in found.parameters if p.term == 'spring']) == 4
+    angle = np.zeros((60, 7))
+    angle[:, 1] = np.linspace(-1.85, 0.95, 60)
+    true, fitted = (PredictorSettings(v).effort_model.spring(angle)[:, 1]
+                    + PredictorSettings(v).effort_model.bias[1] for v in (truth, found.values))
+    np.testing.assert_allclose(fitted, true, atol=0.15)
+
+
+def test_an_earlier_calibration_is_where_the_next_begins(robot):
+    first = robot.calibrated('all')
+    again = calibrate([robot.recording(robot.ALL, seed) for seed in (10, 11)], values=first.values)
+    assert again.before == {**first.values, 'arm': 'right'}
+    assert (again.rms_before < 0.5 * first.rms_before).all()
+    assert (again.rms_after < 1.1 * again.rms_before).all()
+    assert max(map(abs, robot.off(again, robot.ALL).values())) < 3.0
+
+
+def test_a_wrong_beginning_is_left_behind(robot):
+    wrong = {'effort_model.coulomb': (2.0,) * 3 + (0.4,) * 4, 'effort_model.dahl': (1.0,) * 7,
+             'effort_model.bias': (1.0,) * 7, 'effort_model.dahl_length': 0.02,
+             'effort_model.viscous': (0.5,) * 7}
+    found = calibrate(robot.recordings('friction'), values=wrong)
+    assert (found.rms_after < 1.1 * robot.calibrated('friction').rms_after).all()
+    assert found.values['effort_model.dahl_length'] == 0.02
+    for name in ('coulomb', 'dahl', 'viscous'):
+        true = robot.FRICTION.get(f'effort_model.{name}', (0.0,) * 7)
+        np.testing.assert_allclose(found.values[f'effort_model.{name}'], true, atol=0.1,
+                                   err_msg=name)
+
+
+@pytest.fixture(scope='module')
+def heavy(robot):
+    """Return the settings of a robot with links of its own, friction, and a tilted base."""
+    values = dict(PredictorSettings({**robot.FRICTION, 'gravity': robot.ALL['gravity']}).values)
+    links = Links(PredictorSettings(values).arm)
+    links.update(values, np.random.default_rng(4).normal(0.0, 0.05, 70))
+    return values
+
+
+def test_links_of_its_own_are_found_as_far_as_the_motion_shows_them(robot, heavy):
+    """Few of the 70 numbers show alone; what must hold is the prediction, and 3 sigma."""
+    data = [robot.recording(heavy, seed) for seed in range(2)]
+    found = calibrate(data, inertial=True)
+    errors = robot.off(found, heavy)
+    print({name: round(error, 1) for name, error in errors.items()})
+    assert max(map(abs, errors.values())) < 3.0
+    assert (found.rms_after < robot.LEAST).all()
+    assert len([p for p in found.parameters if p.term == 'inertial']) == 28
+    without = calibrate(data, only=('bias', 'coulomb', 'tilt'))
+    assert (found.rms_after < without.rms_after)[:4].all()
+    other = robot.recording(heavy, 9, 20.0)
+    left = residual(observe(other, found.values), found.values)
+    assert (np.sqrt(np.mean(left ** 2, axis=0)) < robot.LEAST).all()
+
+
+def test_a_payload_is_found(robot):
+    truth = {**robot.FRICTION, 'payload.mass': 1.0, 'payload.center_of_mass': (0.03, -0.04, 0.08)}
+    found = calibrate([robot.recording(truth, seed) for seed in range(2)], payload=True)
+    assert found.values['payload.mass'] == pytest.approx(1.0, rel=0.02)
+    np.testing.assert_allclose(found.values['payload.center_of_mass'], (0.03, -0.04, 0.08),
+                               atol=0.01)
+    errors = robot.off(found, truth)
+    print({name: round(error, 1) for name, error in errors.items()})
+    assert max(map(abs, errors.values())) < 3.0
+    friction = robot.kept(found)
+    for joint, value in zip(JOINTS, robot.FRICTION['effort_model.coulomb']):
+        assert value == 0.0 or joint in friction['coulomb'], joint  # the load does not hide it
+
+
+def test_a_payload_that_is_not_there_weighs_nothing(robot):
+    found = calibrate(robot.recordings('friction'), payload=True)
+    (mass,) = [p for p in found.parameters if p.name == 'payload mass']
+    assert 0.0 <= mass.after < 3 * mass.uncertainty
+    assert mass.uncertainty < 0.05
+
+
+def test_bodies_stay_possible_whatever_the_data_say(make_motion, columns):
+    """A forearm of negative mass would explain these data best."""
+    settings, rng = PredictorSettings(), np.random.default_rng(2)
+    links = Links(settings.arm)
+    wanted = np.zeros((7, 10))
+    wanted[3, [n for n, (i, k) in enumerate(zip(*np.triu_indices(4))) if i == k]] = -2.0
+    assert links.least_eigenvalues(wanted.ravel())[3] == pytest.approx(-1.0)
+    motions = []
+    for motion in (make_motion(1500, rng), make_motion(1500, rng)):
+        effort = settings.effort_model.effort(
+            settings.arm.inverse_dynamics(motion.q, motion.qd, motion.qdd), motion.q, motion.qd,
+            motion.qdd) + columns(links, settings, motion) @ wanted.ravel()
+        noise = rng.normal(0.0, 0.05, effort.shape)
+        motions.append(replace(motion, time=10 * motion.time, effort=effort + noise))
+    found = Fit(settings.values, [links], {'inertial'}, motions).values
+    arm = PredictorSettings(found).arm  # is not refused
+    assert np.linalg.eigvalsh(arm.parameters.pseudo_inertia).min() > 0.0
+    assert found['links.mass'][3] < 0.2 * settings.values['links.mass'][3]
