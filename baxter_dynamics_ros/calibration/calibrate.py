@@ -13,6 +13,7 @@ from .motion import observe
 from .results import Calibration
 from .terms import all_terms
 from .terms import OPTIONAL
+from .terms import REACH
 from ..core.exceptions import ArgumentError
 from ..core.joints import S1
 from ..signals.settings import PredictorSettings
@@ -56,6 +57,8 @@ def calibrate(recordings: list, values: dict = None, inertial: bool = False,
                             'effort model to fit; begin with other parameters')
     if not values['align']:
         raise ArgumentError('align', 'false: a fit needs effort and acceleration of one instant')
+    if only:  # beside what is asked for by name
+        only = (*only, *(['inertial'] if inertial else []), *(['payload'] if payload else []))
     motions = _observed(recordings, values, say)
     refuse(motions)
     lag = velocity_lag(long_enough(motions))
@@ -79,9 +82,14 @@ def calibrate(recordings: list, values: dict = None, inertial: bool = False,
     fit = Fit(values, terms, wanted, motions)
     notes += [f'{joint}: the motion does not show {", ".join(names)}: as before'
               for joint, names in fit.lost.items()]
+    parameters = fit.fitted()
+    if any(row.name.startswith('payload center') and abs(row.after) >= REACH
+           for row in parameters):
+        notes.append("payload: the motion does not show its centre of mass: don't use it, record "
+                     'a wider motion (--plan shows one)')
     say('judging on what was left out')
     return Calibration(
-        arm=arm, before=values, values=fit.values, parameters=fit.fitted(), steps=fit.steps,
+        arm=arm, before=values, values=fit.values, parameters=parameters, steps=fit.steps,
         judged=fit.judged(), by_time=by_time, lag=lag, warnings=tuple(notes),
         samples=sum(map(len, motions)), duration=sum(motion.duration for motion in motions),
         s1_range=_sweep(motions))
@@ -99,11 +107,11 @@ def _terms(settings, motions, only, asked: dict, notes: list) -> list:
     """Return the terms to fit; note what is left out."""
     lower, upper = settings.effort_model.spring_range
     low, high = np.clip(_sweep(motions), lower, upper)
-    shape = 'spring' in only or high - low >= _SWEEP * (upper - lower)
-    if not shape and not only and settings.effort_model.has_spring:
+    shape = high - low >= _SWEEP * (upper - lower)
+    if not shape and (not only or 'spring' in only) and settings.effort_model.has_spring:
         notes.append(f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to {upper:g} "
                      'rad: its shape is kept, only gain and offset can be fitted')
-    terms = all_terms(settings, shape, constant='spring' in only and 'bias' not in only)
+    terms = all_terms(settings, shape, constant=shape and 'spring' in only and 'bias' not in only)
     names = {term.name for term in terms}
     for name in only:
         if name not in names:

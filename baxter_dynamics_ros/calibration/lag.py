@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 _INTERVAL = 1.0  # over which the velocity is integrated [s]
-_NEIGHBOURS = 2  # samples on either side between which the position's slope is taken
+_SLOPE = 0.02  # on either side, over which the position's slope is taken [s]
 
 
 class Lag(NamedTuple):
@@ -46,7 +46,7 @@ def velocity_lag(motions) -> 'Lag | None':
                 continue
             step = 0.5 * np.diff(t)[:, None] * (qd[1:] + qd[:-1])
             shortfall = q - np.concatenate([np.zeros((1, 7)), np.cumsum(step, axis=0)])
-            k = _NEIGHBOURS
+            k = max(round(_SLOPE / motion.period), 2)
             velocity = (q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None]
             shortfall, change = (x[n:] - x[:-n] for x in (shortfall[k:-k], velocity))
             shortfall, change = shortfall - shortfall.mean(0), change - change.mean(0)

@@ -43,7 +43,7 @@ _LINK = 0.1  # [-]: 10 % of the mass, and of the radius of gyration for the cent
 _PAYLOAD_MASS = 3.0  # [kg]
 _PAYLOAD_MOMENT = 0.5  # mass times centre of mass [kg m]
 
-_REACH = 1.0  # along an axis, of its centre: next to no mass may say anything [m]
+REACH = 1.0  # along an axis, of its centre: next to no mass may say anything [m]
 
 # An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
 _PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
@@ -313,7 +313,7 @@ class Tool:
         mass = max(self._base.mass + deviation[self.mass], 0.0)
         moment = self._base.mass * np.array(self._base.center_of_mass) + deviation[
             list(self.moments)]
-        return mass, np.clip(moment / mass, -_REACH, _REACH) if mass > 1e-3 else np.zeros(3)
+        return mass, np.clip(moment / mass, -REACH, REACH) if mass > 1e-3 else np.zeros(3)
 
     def second_moments(self, deviation: np.ndarray) -> np.ndarray:
         """Return what the fixed parameters must be, given the others, (6,) [kg m^2]."""

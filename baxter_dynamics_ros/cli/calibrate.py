@@ -54,6 +54,9 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
     path = output_file('--output', output, ('.yaml', '.yml'))
     report = output_file('--output', path.with_suffix('.html'), ('.html',))
     values = read_parameters(params) if params else {}
+    if arm and values.get('arm', arm) != arm:
+        console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
+                      'and tilt belong to one arm', soft_wrap=True, highlight=False)
     recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
                                  arm or values.get('arm'))
     with ExitStack() as stack:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
+from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.core.joints import JOINTS
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
@@ -162,3 +164,14 @@ def test_the_terms_that_pay_on_a_real_arm(recordings):
     assert kept['bias'] == set(JOINTS)
     assert kept['coulomb'] >= {'s0', 'e0', 'w0'}
     assert 's1' in kept['dahl']
+
+
+@pytest.mark.timeout(120)
+def test_the_springs_default_is_what_the_command_finds(recordings):
+    both = load(recordings, 'left_arm_tracking') + [
+        Recording(one.name, 'left', [state._replace(names=joint_names('left'))
+                                     for state in one.states])
+        for one in load(recordings, 'point_to_point')]
+    found = calibrate(both, only=('spring', 'coulomb')).values
+    np.testing.assert_allclose(found['effort_model.spring_coefficients'], SPRING_COEFFICIENTS,
+                               atol=2e-3)
