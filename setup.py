@@ -25,11 +25,16 @@ offline = [
     'jinja2>=3.1',
     'rich==15.0.0',
 ]
+# To derive the closed form for another language, and to generate it anew.
+export = ['casadi==3.8.2', 'pyyaml>=6.0']
+# The same closed form, compiled.
+fast = ['numba==0.68.1']
 demo = ros + offline + [
     'mujoco==3.17.0',
     'hpp-baxter==9.0.2',  # the manufacturer's robot description
 ]
-test = demo + [
+test = demo + export + fast + [
+    'sympy==1.14.0',
     'pytest==9.0.3',
     'pytest-timeout==2.4.0',
     'pytest-xdist==3.8.0',
@@ -80,7 +85,8 @@ setup(
     ],
     python_requires='>=3.10',
     install_requires=['numpy>=1.24'],
-    extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'test': test},
+    extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export,
+                    'fast': fast, 'test': test},
     package_data={package_name: ['report/*.j2']},
     zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',

@@ -2,16 +2,23 @@
 
 from contextlib import contextmanager
 import ctypes
+import os
 from pathlib import Path
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import mount
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core import joints
+from baxter_dynamics_ros.core.closed_form import ENGINE_VARIABLE
+from baxter_dynamics_ros.core.closed_form import PYTHON
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 from baxter_dynamics_ros.signals.settings import SETTINGS
 import numpy as np
 import pytest
+
+# For the tests and their processes: numba, where it is installed, would be loaded by each and
+# compile for minutes. The tests of the engines ask for it by name.
+os.environ.setdefault(ENGINE_VARIABLE, PYTHON)
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / 'shared'
@@ -117,6 +124,16 @@ class PinocchioEngine:
     def inverse_dynamics(self, q, qd, qdd):
         """Return tau (n, 7), by the recursive Newton-Euler algorithm."""
         return self._each(self._pin.rnea, q, qd, qdd)
+
+    def coriolis_torque(self, q, qd):
+        """Return C qd (n, 7), by the recursive Newton-Euler algorithm."""
+        return self._each(self._pin.nonLinearEffects, q, qd) - self.gravity(q)
+
+    def inverse_dynamics_gradient(self, q, qd, qdd):
+        """Return d tau/dq and d tau/dqd, each (n, 7, 7)."""
+        both = [[x.copy() for x in self._pin.computeRNEADerivatives(self._model, self._data, *row)]
+                for row in zip(q, qd, qdd)]
+        return np.array([x[0] for x in both]), np.array([x[1] for x in both])
 
     def forward_dynamics(self, q, qd, tau):
         """Return qdd (n, 7), by the articulated-body algorithm."""

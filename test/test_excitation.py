@@ -56,7 +56,7 @@ def test_keeps_to_the_joints_limits_with_a_margin(right):
 def test_keeps_clear_of_the_robot_and_of_a_table(side):
     outward = 1.0 if side == 'left' else -1.0
     arm = BaxterArm(mount=mount(side))
-    frames = arm.mount @ arm.dynamics.transforms(motion(series(side), TIME)[0])
+    frames = arm.mount @ arm.composite.transforms(motion(series(side), TIME)[0])
     elbow, wrist, hand = (frames[:, i, :3, 3] for i in (3, 5, 7))
     tool = hand + 0.15 * frames[:, 7, :3, 2]
     for point in (elbow, (elbow + wrist) / 2, wrist, (wrist + hand) / 2, hand, tool):

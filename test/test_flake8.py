@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'setup.py')
+CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'examples', 'setup.py')
 
 # Without one of the plugins that ament asks for, flake8 checks less and does not say so.
 LINTERS = ('ament_flake8', 'flake8_blind_except', 'flake8_builtins', 'flake8_class_newline',

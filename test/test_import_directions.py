@@ -18,16 +18,19 @@ MAY_IMPORT = {
     'core': {'core'},
     'signals': {'core', 'signals'},
     'newton_euler': {'core'},
+    'compiled': {'core'},
+    'closed_form': {'core', 'closed_form'},
+    'export': {'core', 'closed_form', 'export'},
     'simulation': {'core', 'simulation'},
     'offline': {'core', 'signals', 'newton_euler', 'offline'},
     'calibration': {'core', 'signals', 'offline', 'calibration'},
     'report': {'core', 'offline', 'calibration', 'report'},
     'ros': {'core', 'signals', 'simulation', 'newton_euler', 'ros'},
     'cli': {'core', 'signals', 'simulation', 'newton_euler', 'offline', 'calibration', 'report',
-            'ros', 'cli'},
+            'closed_form', 'export', 'ros', 'cli'},
 }
 # ... and inside a function only, so that the import waits until someone asks for it.
-MAY_IMPORT_LATE = {'signals': {'newton_euler'}}
+MAY_IMPORT_LATE = {'signals': {'newton_euler'}, 'core': {'compiled'}}
 
 # Parts that import nothing but themselves, NumPy and the standard library.
 NUMPY_ALONE = {'__init__', 'core', 'signals'}
@@ -35,6 +38,8 @@ NUMPY_ALONE = {'__init__', 'core', 'signals'}
 CONFINED = {
     'pinocchio': {'newton_euler'},
     'mujoco': {'simulation'},
+    'casadi': {'closed_form'},
+    'numba': {'compiled'},
     'rclpy': {'ros', 'cli'},
     'rosbags': {'offline'},
     'scipy': {'calibration'},

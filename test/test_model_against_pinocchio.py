@@ -44,6 +44,19 @@ def test_inverse_dynamics(arm, reference, states):
                                **EXACT)
 
 
+def test_coriolis_torque(arm, reference, states):
+    q, qd, _ = states
+    np.testing.assert_allclose(arm.coriolis_torque(q, qd), reference.coriolis_torque(q, qd),
+                               **EXACT)
+
+
+def test_inverse_dynamics_gradient(arm, reference, states):
+    by_q, by_qd = arm.inverse_dynamics_gradient(*states)
+    expected_by_q, expected_by_qd = reference.inverse_dynamics_gradient(*states)
+    np.testing.assert_allclose(by_q, expected_by_q, **EXACT)
+    np.testing.assert_allclose(by_qd, expected_by_qd, **EXACT)
+
+
 def test_forward_dynamics(arm, reference, states, rng):
     # Not absolute: M has condition numbers up to 1e4, so that rounding at 1e-16 of the torques
     # comes out at 1e-12 of the accelerations, and those are large (torques that a shoulder

@@ -77,7 +77,7 @@ class Sample:
     @cached_property
     def regressor(self) -> np.ndarray:
         """Torques per unit of pseudo-inertia, (n, 7, 7, 4, 4)."""
-        return self.arm.dynamics.regressor(self.motion.q, self.motion.qd, self.motion.qdd)
+        return self.arm.composite.regressor(self.motion.q, self.motion.qd, self.motion.qdd)
 
     @cached_property
     def horizontal_gravity(self) -> np.ndarray:

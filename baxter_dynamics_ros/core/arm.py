@@ -3,6 +3,8 @@
 import numpy as np
 
 from . import paper_tables
+from .closed_form import AUTO
+from .closed_form import ClosedForm
 from .composite import CompositeDynamics
 from .exceptions import ArgumentError
 from .joints import N_JOINTS
@@ -12,7 +14,7 @@ from .parameters import Payload
 from .validation import finite
 from .validation import finite_batch
 
-_BLOCK = 4096  # states computed at a time: keeps the memory of a large batch flat
+_BLOCK = 4096  # states computed at a time, by what does not make its own blocks
 
 
 class BaxterArm:
@@ -38,21 +40,31 @@ class BaxterArm:
         ``base``.
     parameters : ArmParameters, optional
         The links; by default those of the paper, corrected.
+    engine : str, optional
+        What computes the closed form: 'python' (with NumPy), 'numba', or, by default, 'auto':
+        what the environment variable BAXTER_DYNAMICS_ENGINE says, or else numba where it is
+        installed. The results are the same.
 
     Attributes
     ----------
-    dynamics : CompositeDynamics
-        The engine, in frame {0} and without validation.
+    base_parameters : ndarray (43,) or (45,)
+        phi of ``tau = Y phi``, in the order of ``core.base_parameters.TILTED_NAMES``: the last
+        two, hx1 and hy1, only where gravity is not along the axis of joint 1.
+    dynamics : ClosedForm
+        The closed form in frame {0}, without validation.
+    composite : CompositeDynamics
+        The same by readable matrix equations, and the links' transforms.
 
     Raises
     ------
     ArgumentError
-        If an argument has the wrong shape or is not finite, or mount is not a rigid transform.
+        If an argument has the wrong shape or is not finite, mount is not a rigid transform, the
+        parameters are not those of an arm built like Baxter's, or the engine does not exist.
 
     """
 
     def __init__(self, payload: Payload = None, gravity=paper_tables.GRAVITY, mount=None,
-                 parameters: ArmParameters = None):
+                 parameters: ArmParameters = None, engine: str = AUTO):
         self.payload = _instance('payload', payload, Payload, Payload)
         self.parameters = _instance('parameters', parameters, ArmParameters, paper_parameters)
         self.gravity_vector = finite('gravity', gravity, (3,)).copy()  # base frame [m/s^2]
@@ -60,12 +72,14 @@ class BaxterArm:
         self.mount = _rigid_transform('mount', np.eye(4) if mount is None else mount)
         pseudo_inertia = self.parameters.pseudo_inertia.copy()
         pseudo_inertia[-1] += self.payload.pseudo_inertia
-        self.dynamics = CompositeDynamics(
-            self.parameters, pseudo_inertia, self.mount[:3, :3].T @ self.gravity_vector)
+        in_frame_0 = self.mount[:3, :3].T @ self.gravity_vector
+        self.dynamics = ClosedForm(self.parameters, pseudo_inertia, in_frame_0, engine)
+        self.composite = CompositeDynamics(self.parameters, pseudo_inertia, in_frame_0)
+        self.base_parameters = self.dynamics.base_parameters
 
     def mass_matrix(self, q) -> np.ndarray:
         """Return M(q), (..., 7, 7) [kg m^2]: symmetric, positive definite. Eq. (6)."""
-        return _blockwise(self.dynamics.mass_matrix, _joints('q', q))
+        return _rowwise(self.dynamics.mass_matrix, _joints('q', q))
 
     def coriolis_matrix(self, q, qd) -> np.ndarray:
         """
@@ -73,11 +87,15 @@ class BaxterArm:
 
         Built from the Christoffel symbols of M, so that dM/dt - 2 C is skew-symmetric.
         """
-        return _blockwise(self.dynamics.coriolis_matrix, *_broadcast(q=q, qd=qd))
+        return _rowwise(self.dynamics.coriolis_matrix, *_broadcast(q=q, qd=qd))
+
+    def coriolis_torque(self, q, qd) -> np.ndarray:
+        """Return C(q, qd) qd, (..., 7) [N m], cheaper than by the matrix."""
+        return _rowwise(self.dynamics.coriolis_torque, *_broadcast(q=q, qd=qd))
 
     def gravity(self, q) -> np.ndarray:
         """Return G(q), (..., 7) [N m]: the torques that hold the arm still. Eq. (8)."""
-        return _blockwise(self.dynamics.gravity, _joints('q', q))
+        return _rowwise(self.dynamics.gravity, _joints('q', q))
 
     def terms(self, q, qd) -> tuple:
         """
@@ -89,19 +107,52 @@ class BaxterArm:
             Shapes (..., 7, 7), (..., 7, 7) and (..., 7).
 
         """
-        return _blockwise(self.dynamics.terms, *_broadcast(q=q, qd=qd))
+        return _rowwise(self.dynamics.terms, *_broadcast(q=q, qd=qd))
+
+    def torque_terms(self, q, qd) -> tuple:
+        """
+        Return M(q), C(q, qd) qd and G(q) together: what a controller needs, without the matrix C.
+
+        Returns
+        -------
+        tuple of ndarray
+            Shapes (..., 7, 7), (..., 7) and (..., 7).
+
+        """
+        return _rowwise(self.dynamics.torque_terms, *_broadcast(q=q, qd=qd))
 
     def inverse_dynamics(self, q, qd, qdd) -> np.ndarray:
         """Return tau = M(q) qdd + C(q, qd) qd + G(q), (..., 7) [N m]. Eq. (5)."""
-        return _blockwise(self.dynamics.inverse_dynamics, *_broadcast(q=q, qd=qd, qdd=qdd))
+        return _rowwise(self.dynamics.inverse_dynamics, *_broadcast(q=q, qd=qd, qdd=qdd))
 
     def forward_dynamics(self, q, qd, tau) -> np.ndarray:
         """Return qdd = M(q)^-1 (tau - C(q, qd) qd - G(q)), (..., 7) [rad/s^2]."""
-        return _blockwise(self._forward_dynamics, *_broadcast(q=q, qd=qd, tau=tau))
+        return _rowwise(self.dynamics.forward_dynamics, *_broadcast(q=q, qd=qd, tau=tau))
+
+    def inverse_dynamics_gradient(self, q, qd, qdd) -> tuple:
+        """
+        Return the derivatives of tau by q and by qd; that by qdd is M.
+
+        Returns
+        -------
+        tuple of ndarray
+            d tau/dq [N m/rad] and d tau/dqd [N m s/rad], each (..., 7, 7); row i is tau_i.
+
+        """
+        return _rowwise(self.dynamics.inverse_dynamics_gradient,
+                        *_broadcast(q=q, qd=qd, qdd=qdd))
+
+    def christoffel_symbols(self, q) -> np.ndarray:
+        """Return h_ikm of eq. (7), (..., 7, 7, 7) [kg m^2]: C_ik = sum over m of h_ikm qd_m."""
+        return _rowwise(self.dynamics.christoffel_symbols, _joints('q', q))
+
+    def regressor(self, q, qd, qdd) -> np.ndarray:
+        """Return Y, (..., 7, 43) or (..., 7, 45): tau = Y phi, phi the ``base_parameters``."""
+        return _rowwise(self.dynamics.regressor, *_broadcast(q=q, qd=qd, qdd=qdd))
 
     def forward_kinematics(self, q) -> np.ndarray:
         """Return the pose of the hand in the base frame, (..., 4, 4), translation in m."""
-        return _blockwise(lambda q: self.mount @ self.dynamics.transforms(q)[..., -1, :, :],
+        return _blockwise(lambda q: self.mount @ self.composite.transforms(q)[..., -1, :, :],
                           _joints('q', q))
 
     def jacobian(self, q) -> np.ndarray:
@@ -113,14 +164,9 @@ class BaxterArm:
         """
         return _blockwise(self._jacobian, _joints('q', q))
 
-    def _forward_dynamics(self, q, qd, tau):
-        mass, coriolis, gravity = self.dynamics.terms(q, qd)
-        bias = (coriolis @ qd[..., None])[..., 0] + gravity
-        return np.linalg.solve(mass, (tau - bias)[..., None])[..., 0]
-
     def _jacobian(self, q):
-        transforms = self.dynamics.transforms(q)
-        xi = self.dynamics.twists(transforms)
+        transforms = self.composite.transforms(q)
+        xi = self.composite.twists(transforms)
         hand = transforms[..., -1, :, 3]
         rotation = self.mount[:3, :3]
         linear = (xi @ hand[..., None, :, None])[..., :3, 0]  # U_7k [0 0 0 1]^T
@@ -154,23 +200,24 @@ def _broadcast(**arguments) -> list:
                             f'leading axes do not broadcast: {shapes}') from None
 
 
-def _blockwise(function, *arrays):
-    """Call ``function`` on arrays (..., 7), in blocks where the batch is large."""
-    shape = arrays[0].shape[:-1]
-    n = arrays[0].size // N_JOINTS
-    if n <= _BLOCK:
+def _rowwise(function, *arrays):
+    """Call ``function``, which takes (7,) or (n, 7), on arrays (..., 7)."""
+    if arrays[0].ndim <= 2:
         return function(*arrays)
-    rows = [array.reshape(n, N_JOINTS) for array in arrays]
-    result = None
-    for start in range(0, n, _BLOCK):
-        part = function(*(row[start:start + _BLOCK] for row in rows))
-        parts = part if isinstance(part, tuple) else (part,)
-        if result is None:
-            result = tuple(np.empty((n,) + p.shape[1:]) for p in parts)
-        for whole, p in zip(result, parts):
-            whole[start:start + _BLOCK] = p
-    result = tuple(whole.reshape(shape + whole.shape[1:]) for whole in result)
-    return result if isinstance(part, tuple) else result[0]
+    shape = arrays[0].shape[:-1]
+    result = function(*(array.reshape(-1, N_JOINTS) for array in arrays))
+    if isinstance(result, tuple):
+        return tuple(part.reshape(shape + part.shape[1:]) for part in result)
+    return result.reshape(shape + result.shape[1:])
+
+
+def _blockwise(function, q: np.ndarray) -> np.ndarray:
+    """Call ``function`` on q (..., 7), in blocks where the batch is large."""
+    rows = q.reshape(-1, N_JOINTS)
+    if len(rows) <= _BLOCK:
+        return function(q)
+    parts = [function(rows[i:i + _BLOCK]) for i in range(0, len(rows), _BLOCK)]
+    return np.concatenate(parts).reshape(q.shape[:-1] + parts[0].shape[1:])
 
 
 def _rigid_transform(name: str, value) -> np.ndarray:

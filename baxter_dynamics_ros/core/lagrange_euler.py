@@ -4,7 +4,8 @@ The Lagrange-Euler formulation, equation by equation: the specification of the m
 Written to be read beside the paper: the functions are eqs. (2) and (5) to (11), term by term
 and in the paper's notation (with its indices counted from 1 there and from 0 here). Everything
 is in the paper's frame {0}. It is far too slow for a stream; :mod:`.composite` computes the same
-and is what :class:`~baxter_dynamics_ros.BaxterArm` uses.
+in a few matrix products, and :mod:`.closed_form`, which
+:class:`~baxter_dynamics_ros.BaxterArm` uses, in as few operations as are known.
 
 ``p`` is an :class:`~baxter_dynamics_ros.core.parameters.ArmParameters`, ``q``, ``qd`` and ``qdd``
 have shape (..., 7) in rad, rad/s, rad/s^2, and ``g`` is the gravity vector (3,) in frame {0},

@@ -6,6 +6,8 @@ The node declares its parameters from this table, and parameter files are checke
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from .motion import MotionEstimator
 from .predictor import Predictor
 from ..core import paper_tables
@@ -190,7 +192,9 @@ class PredictorSettings:
 
     def _choose_method(self):
         if self.values['method'] == 'lagrange_euler':
-            return self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
+            method = self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
+            method(*np.zeros((3, N_JOINTS)))  # numba, where it computes, loads now and not later
+            return method
         try:
             from ..newton_euler import NewtonEuler
         except ImportError as error:

@@ -59,7 +59,7 @@ def clearance(q: np.ndarray) -> np.ndarray:
         Positions [rad].
 
     """
-    frames = _ARM.mount @ _ARM.dynamics.transforms(q)
+    frames = _ARM.mount @ _ARM.composite.transforms(q)
     shoulder, elbow, wrist, hand = (frames[:, i, :3, 3] for i in (1, 3, 5, 7))
     tool = hand + TOOL * frames[:, 7, :3, 2]
     fore = np.stack([(elbow + wrist) / 2, wrist, (wrist + hand) / 2, hand, tool], axis=1)

@@ -130,7 +130,7 @@ def test_the_regressor_times_the_pseudo_inertias_is_tau(arm, reference, random_s
     q, qd, qdd = random_states(50)
     pseudo = arm.parameters.pseudo_inertia.copy()
     pseudo[-1] += arm.payload.pseudo_inertia
-    tau = np.einsum('nilab,lba->ni', arm.dynamics.regressor(q, qd, qdd), pseudo)
+    tau = np.einsum('nilab,lba->ni', arm.composite.regressor(q, qd, qdd), pseudo)
     np.testing.assert_allclose(tau, arm.inverse_dynamics(q, qd, qdd), atol=1e-11)
     np.testing.assert_allclose(tau, reference.inverse_dynamics(q, qd, qdd), atol=1e-11)
 

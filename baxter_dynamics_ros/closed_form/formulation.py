@@ -1,0 +1,274 @@
+r"""
+The Lagrange-Euler dynamics in body frames: the smallest exact form, written once.
+
+Scalars are floats, NumPy arrays or symbols; :mod:`.frames` tells the body frames. With <X, Y> =
+Tr(X Y^T), and the twists xi, V, dxi/dt, the accelerations A and the sums H and B of
+:mod:`baxter_dynamics_ros.core.composite`, let
+
+* P_k = xi_k H_k: in body frame k it only swaps rows of the composite pseudo-inertia H_k;
+* D_k = sum_{j>k} qd_j P_j: how that composite moves relative to link k; B_k = V_k H_k + D_k.
+
+Then, since dxi_k/dt = V_k xi_k - xi_k V_k, for i <= k:
+
+* M_ik = <P_k, xi_i>                                          eq. (6)
+* C_ik = <V_k P_k + xi_k D_k, xi_i>                           eq. (7), above the diagonal
+* C_ki = <dxi_i/dt, P_k> + <xi_i, xi_k B_k^T>, i < k          eq. (7), below it
+* G_k = -g . (P_k)[:, 4]                                      eq. (8)
+* tau_k = <sum_{l>=k} A_l S_l, xi_k>                          eq. (5)
+
+<X, xi_i> needs only six numbers of X, a wrench, and at body frame i it is the wrench's moment
+about z. So wrenches are carried inward, link by link, and read on the way.
+
+Links are described by base parameters: of J_k in body frame k, what lies on the joint's own axis
+(z z, h_z, m) is not felt by the joint and belongs to link k - 1, which leaves composites without
+a mass. Of link 1 only xx + yy is felt, here as xx, and, where gravity is not along the first
+axis, h_x and h_y.
+"""
+
+from functools import cached_property
+
+from .frames import add
+from .frames import Affine
+from .frames import apply
+from .frames import Frames
+from .frames import N
+from .frames import PseudoInertia
+from .frames import Wrench
+from .frames import ZERO
+from .linear import solve
+from .matrices import about_axis
+from .matrices import acceleration
+from .matrices import acceleration_wrench
+from .matrices import axis_moment_of_transpose
+from .matrices import axis_wrench
+from .matrices import change_on
+from .matrices import change_with_axis
+from .matrices import derivative_of_axis
+from .matrices import moment_of_moving_transpose
+from .matrices import pair
+from .matrices import spun
+from .matrices import total
+from .matrices import turned
+from .matrices import unit_torques
+from .matrices import wrench_of
+
+LINK_COLUMNS = 7  # base parameters of each link but the first
+
+
+class Formulation:
+    """
+    The dynamics at one configuration.
+
+    Matrices are lists of rows; qd, qdd and tau are sequences of 7 scalars.
+
+    Parameters
+    ----------
+    frames : Frames
+        The passages between body frames.
+    links : sequence of 7 PseudoInertia
+        Base parameters in body frames [kg m^2, kg m].
+    up : tuple of 3 scalars
+        Minus the gravity vector in frame {0} [m/s^2]: a base accelerated so feels the same.
+
+    """
+
+    def __init__(self, frames: Frames, links, up: tuple):
+        self.frames = frames
+        self.links = links
+        self.up = up
+
+    @cached_property
+    def composites(self) -> list:
+        """H_1 ... H_7 without their masses, each in its body frame."""
+        result = list(self.links)
+        for k in range(N - 1, 0, -1):
+            moved = self.frames.pseudo_inertia_inward(k, result[k])
+            result[k - 1] = PseudoInertia(*add(result[k - 1], moved))
+        return result
+
+    def mass_matrix(self) -> list:
+        """Return M, eq. (6)."""
+        result = _square()
+        for k, h in enumerate(self.composites):
+            for i, p in self._wrenches_inward(k, wrench_of(turned(h))):
+                result[i][k] = result[k][i] = p.moment[2]
+        return result
+
+    def gravity(self) -> list:
+        """Return G, eq. (8)."""
+        result, up = [], self.up
+        for k, h in enumerate(self.composites):
+            up = self.frames.outward(k, up)
+            result.append(up[1] * h.hx - up[0] * h.hy)
+        return result
+
+    def coriolis_matrix(self, qd) -> list:
+        """Return C, eq. (7): of the Christoffel symbols, so that dM/dt - 2 C is skew."""
+        result = _square()
+        twists = self._velocities(qd)
+        for k, (h, d) in enumerate(zip(self.composites, self._motion_beyond(qd))):
+            omega, velocity = twists[k]
+            p = turned(h)
+            above = total(wrench_of(spun(omega, p)), axis_wrench(d))
+            for i, column in self._wrenches_inward(k, above):
+                result[i][k] = column.moment[2]
+            b = moment_of_moving_transpose(omega, velocity, h, d)
+            row = zip(self._wrenches_inward(k, wrench_of(p)), self._vectors_inward(k, b))
+            for (i, momentum), (_, transpose) in row:
+                if i < k:
+                    change = pair(derivative_of_axis(*twists[i]), momentum)
+                    result[k][i] = change + transpose[2]
+        return result
+
+    def coriolis_torque(self, qd) -> list:
+        """Return C qd, by the recursion of eq. (5)."""
+        return self._torques(self._accelerations(qd, (0,) * N, ZERO))
+
+    def inverse_dynamics(self, qd, qdd) -> list:
+        """Return tau, eq. (5), without forming M or C."""
+        return self._torques(self._accelerations(qd, qdd, self.up))
+
+    def forward_dynamics(self, qd, tau) -> list:
+        """Return qdd = M^-1 (tau - C qd - G), by M = L D L^T."""
+        bias = self._torques(self._accelerations(qd, (0,) * N, self.up))
+        return solve(self.mass_matrix(), [t - b for t, b in zip(tau, bias)])
+
+    def regressor(self, qd, qdd) -> list:
+        """
+        Return Y, rows of 45: tau = Y phi, with a column for each base parameter.
+
+        xx of link 1; xx yy xy xz yz hx hy of links 2 to 7; hx hy of link 1.
+        """
+        columns = 1 + LINK_COLUMNS * (N - 1)
+        result = [[0] * (columns + 2) for _ in range(N)]
+        twists = []
+        for link, a in enumerate(self._accelerations(qd, qdd, self.up)):
+            twists = [self.frames.twist_outward(link, *twist) for twist in twists] if link else []
+            twists.append(((0, 0, 1), ZERO))
+            for i, twist in enumerate(twists):
+                seven = unit_torques(twist, a)
+                if link == 0:
+                    result[i][0], result[i][-2:] = seven[0], seven[-2:]
+                else:
+                    start = 1 + LINK_COLUMNS * (link - 1)
+                    result[i][start:start + LINK_COLUMNS] = seven
+        return result
+
+    def christoffel_symbols(self) -> list:
+        """
+        Return h of eq. (7) as h[i][k][m]: C_ik = sum_m h_ikm qd_m, symmetric in k and m.
+
+        With r the largest and a <= b the others, all are read from P_r at frames a and b:
+        h_iar = <xi_a P_r, xi_i>, h_bar = <xi_a, xi_b P_r^T> = -h_rab.
+        """
+        h = [_square() for _ in range(N)]
+        for r, composite in enumerate(self.composites):
+            p = turned(composite)
+            for b in range(r, -1, -1):
+                for i, column in self._wrenches_inward(b, axis_wrench(p)):
+                    h[i][b][r] = h[i][r][b] = column.moment[2]
+                for a, moment in self._vectors_inward(b, axis_moment_of_transpose(p)):
+                    h[b][a][r] = h[b][r][a] = moment[2]
+                    if b < r:
+                        h[r][a][b] = h[r][b][a] = -moment[2]
+                if b:
+                    p = self.frames.affine_inward(b, p)
+        return h
+
+    def inverse_dynamics_gradient(self, qd, qdd) -> tuple:
+        """
+        Return d tau/dq and d tau/dqd.
+
+        The latter is 2 C, as eq. (7) is quadratic. For the former let q_k change in body frame
+        k: the twist changes by dxi_k/dt, A_k by A_k xi_k - xi_k A_k, and what the links beyond
+        exert on link k turns with it. Inward of k only that wrench is felt; beyond it, row i
+        feels A's change on P_i, and twice dxi_k/dt on how H_i moves relative to link k.
+        """
+        result = _square()
+        twists = self._velocities(qd)
+        accelerations = self._accelerations(qd, qdd, self.up)
+        exerted = self._wrenches(accelerations)
+        changes = [change_with_axis(a) for a in accelerations]
+        axes = [derivative_of_axis(*twist)[0] for twist in twists]
+        for k, (h, d) in enumerate(zip(self.composites, self._motion_beyond(qd))):
+            twice = tuple(x + x for x in axes[k])
+            above = total(acceleration_wrench(changes[k], h), wrench_of(spun(twice, d)))
+            above = total(above, Wrench(*(about_axis(v) for v in exerted[k])))
+            for i, column in self._wrenches_inward(k, above):
+                result[i][k] = column.moment[2]
+            p, relative = turned(h), axis_moment_of_transpose(d)
+            for i in range(k - 1, -1, -1):
+                rate = axis_moment_of_transpose(p)
+                relative = tuple(x - qd[i + 1] * y for x, y in zip(relative, rate))
+                relative = self.frames.inward(i + 1, relative)
+                p = self.frames.affine_inward(i + 1, p)
+                turn = axes[i][0] * relative[0] + axes[i][1] * relative[1]
+                result[k][i] = change_on(changes[i], p) + turn + turn
+        return result, [[c + c for c in row] for row in self.coriolis_matrix(qd)]
+
+    def _velocities(self, qd) -> list:
+        """Return V_k of each link in its body frame, as twists (angular, linear)."""
+        result = []
+        twist = ZERO, ZERO
+        for k in range(N):
+            if k:
+                twist = self.frames.twist_outward(k, *twist)
+            angular, linear = twist
+            twist = (*angular[:2], angular[2] + qd[k]), linear
+            result.append(twist)
+        return result
+
+    def _accelerations(self, qd, qdd, up) -> list:
+        """Return A_k of each link in its body frame."""
+        result = []
+        omega, omega_dot, column = ZERO, ZERO, up
+        for k in range(N):
+            if k:
+                shift = self.frames.shift(k - 1)
+                column = add(column, apply(result[-1].block, shift))
+            omega, omega_dot, column = (
+                self.frames.outward(k, v) for v in (omega, omega_dot, column))
+            x, y, z = omega_dot
+            omega_dot = x + omega[1] * qd[k], y - omega[0] * qd[k], z + qdd[k]
+            omega = *omega[:2], omega[2] + qd[k]
+            result.append(acceleration(omega, omega_dot, column))
+        return result
+
+    def _motion_beyond(self, qd) -> list:
+        """Return D_1 ... D_7, each in its body frame."""
+        result = [Affine()]
+        for k in range(N - 1, 0, -1):
+            p, d = turned(self.composites[k]), result[0]
+            block = tuple(tuple(x + qd[k] * y for x, y in zip(*rows))
+                          for rows in zip(d.block, p.block))
+            column = tuple(x + qd[k] * y for x, y in zip(d.column, p.column))
+            result.insert(0, self.frames.affine_inward(k, Affine(block, column)))
+        return result
+
+    def _wrenches(self, accelerations) -> list:
+        """Return the wrench that link k and all beyond it need, in body frame k."""
+        result = [acceleration_wrench(a, j) for a, j in zip(accelerations, self.links)]
+        for k in range(N - 1, 0, -1):
+            result[k - 1] = total(result[k - 1], self.frames.wrench_inward(k, result[k]))
+        return result
+
+    def _torques(self, accelerations) -> list:
+        return [w.moment[2] for w in self._wrenches(accelerations)]
+
+    def _wrenches_inward(self, k: int, w: Wrench):
+        """Yield (i, the wrench of body frame k in body frame i) for i from k down to 0."""
+        yield k, w
+        for i in range(k, 0, -1):
+            w = self.frames.wrench_inward(i, w)
+            yield i - 1, w
+
+    def _vectors_inward(self, k: int, vector: tuple):
+        """Yield (i, the vector of body frame k in body frame i) for i from k down to 0."""
+        yield k, vector
+        for i in range(k, 0, -1):
+            vector = self.frames.inward(i, vector)
+            yield i - 1, vector
+
+
+def _square() -> list:
+    return [[0] * N for _ in range(N)]

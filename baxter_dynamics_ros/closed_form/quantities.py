@@ -1,0 +1,132 @@
+"""What the closed form can be asked for: inputs, shapes, units and sources, in one table."""
+
+from typing import NamedTuple
+
+import casadi
+
+from .formulation import Formulation
+from .frames import Frames
+from .frames import N
+from .frames import PseudoInertia
+from .program import Program
+from ..core.base_parameters import LENGTH_NAMES
+from ..core.base_parameters import NAMES
+from ..core.base_parameters import TILTED_NAMES
+
+
+class Output(NamedTuple):
+    """One array that a quantity returns."""
+
+    symbol: str
+    shape: tuple
+    unit: str
+    text: str
+
+
+class Quantity(NamedTuple):
+    """A quantity of the closed form."""
+
+    name: str  # as in BaxterArm
+    inputs: tuple  # of 'qd', 'qdd', 'tau'; every quantity depends on q
+    outputs: tuple  # of Output
+    compute: object  # callable (formulation, *inputs): an output, or a tuple of them
+
+
+_M = Output('M', (N, N), 'kg m^2', 'mass matrix, eq. (6)')
+_C = Output('C', (N, N), 'kg m^2/s', 'Coriolis matrix of the Christoffel symbols, eq. (7)')
+_CQD = Output('Cqd', (N,), 'N m', 'C(q, qd) qd')
+_G = Output('G', (N,), 'N m', 'gravity torques, eq. (8)')
+_TAU = Output('tau', (N,), 'N m', 'M(q) qdd + C(q, qd) qd + G(q), eq. (5)')
+_QDD = Output('qdd', (N,), 'rad/s^2', 'M(q)^-1 (tau - C(q, qd) qd - G(q))')
+_H = Output('h', (N, N, N), 'kg m^2', 'Christoffel symbols h_ikm, C_ik = sum_m h_ikm qd_m')
+_DQ = Output('dtau_dq', (N, N), 'N m/rad', 'derivative of tau by q; row i is tau_i')
+_DQD = Output('dtau_dqd', (N, N), 'N m s/rad', 'derivative of tau by qd; row i is tau_i')
+
+
+def _y(columns: int) -> Output:
+    return Output('Y', (N, columns), 'N m per base parameter', 'regressor: tau = Y phi')
+
+
+QUANTITIES = {quantity.name: quantity for quantity in (
+    Quantity('mass_matrix', (), (_M,), Formulation.mass_matrix),
+    Quantity('gravity', (), (_G,), Formulation.gravity),
+    Quantity('coriolis_matrix', ('qd',), (_C,), Formulation.coriolis_matrix),
+    Quantity('coriolis_torque', ('qd',), (_CQD,), Formulation.coriolis_torque),
+    Quantity('terms', ('qd',), (_M, _C, _G),
+             lambda f, qd: (f.mass_matrix(), f.coriolis_matrix(qd), f.gravity())),
+    Quantity('torque_terms', ('qd',), (_M, _CQD, _G),
+             lambda f, qd: (f.mass_matrix(), f.coriolis_torque(qd), f.gravity())),
+    Quantity('inverse_dynamics', ('qd', 'qdd'), (_TAU,), Formulation.inverse_dynamics),
+    Quantity('forward_dynamics', ('qd', 'tau'), (_QDD,), Formulation.forward_dynamics),
+    Quantity('christoffel_symbols', (), (_H,), Formulation.christoffel_symbols),
+    Quantity('regressor', ('qd', 'qdd'), (_y(len(NAMES)),),
+             lambda f, qd, qdd: [row[:len(NAMES)] for row in f.regressor(qd, qdd)]),
+    Quantity('inverse_dynamics_gradient', ('qd', 'qdd'), (_DQ, _DQD),
+             Formulation.inverse_dynamics_gradient),
+)}
+TILTED_REGRESSOR = Quantity('regressor', ('qd', 'qdd'), (_y(len(TILTED_NAMES)),),
+                            Formulation.regressor)
+
+# The order in which programs take the arm's numbers: base parameters, lengths, minus gravity.
+UP_NAMES = ('up_x', 'up_y', 'up_z')
+CONSTANTS = (*TILTED_NAMES, *LENGTH_NAMES, *UP_NAMES)
+_ONLY_TILTED = ('hx1', 'hy1', 'up_x', 'up_y')
+
+
+def program_of(quantity: Quantity, tilted: bool) -> Program:
+    """
+    Derive the program of a quantity.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        What to compute.
+    tilted : bool
+        Whether gravity may have any direction in frame {0}; otherwise it is along the axis of
+        joint 1, which saves a few operations.
+
+    """
+    vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
+    constants = {name: 0 if name in _ONLY_TILTED and not tilted else casadi.SX.sym(name)
+                 for name in CONSTANTS}
+    formulation = formulate(vectors['sin_q'], vectors['cos_q'], constants)
+    values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))
+    symbols = [symbol for vector in vectors.values() for symbol in vector]
+    symbols += [value for value in constants.values() if isinstance(value, casadi.SX)]
+    return Program(symbols, _flat(values))
+
+
+def formulate(sine, cosine, constants: dict) -> Formulation:
+    """
+    Return the formulation at one configuration.
+
+    Parameters
+    ----------
+    sine, cosine : sequence of 7 scalars
+        Of q.
+    constants : dict
+        The arm's numbers, by the names of :data:`CONSTANTS`.
+
+    """
+    # theta is q, but theta_2 = q_2 + pi/2.
+    sine, cosine = list(sine), list(cosine)
+    sine[1], cosine[1] = cosine[1], -sine[1]
+    links = [PseudoInertia(xx=constants['izz1'], hx=constants['hx1'], hy=constants['hy1'])]
+    for k in range(2, N + 1):
+        links.append(PseudoInertia(**{element: constants[f'{element}{k}'] for element in
+                                      ('xx', 'yy', 'xy', 'xz', 'yz', 'hx', 'hy')}))
+    lengths = [[0, 0] for _ in range(N - 1)]
+    for name in LENGTH_NAMES:
+        lengths[int(name[1]) - 1]['ad'.index(name[0])] = constants[name]
+    return Formulation(Frames(sine, cosine, lengths), links,
+                       tuple(constants[name] for name in UP_NAMES))
+
+
+def _symbols(name: str) -> list:
+    return [casadi.SX.sym(f'{name}[{i}]') for i in range(N)]
+
+
+def _flat(values) -> list:
+    if isinstance(values, (list, tuple)):
+        return [scalar for value in values for scalar in _flat(value)]
+    return [values]

@@ -1,0 +1,92 @@
+"""
+The generated closed form compiled by numba: the very same source, for one state or many.
+
+This is the one module that imports numba. A function is compiled when it is first called, which
+takes seconds, and kept on disk, so that the next process loads it in a fraction of one.
+"""
+
+from importlib import util
+import sys
+from types import FunctionType
+
+import numba
+import numpy as np
+
+from .core import _closed_form
+
+_BLOCK = 1024  # states computed at a time
+# There is no division by zero that would have to be seen.
+_OPTIONS = {'cache': True, 'error_model': 'numpy'}
+
+# pi/2 in three parts, of which the first two have trailing zeros: no loss up to _LARGEST.
+_HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
+    1.5707963267341256e+00, 6.0771005063039660e-11, 2.0222662487959506e-21)
+_LARGEST = 1e5  # [rad]
+
+
+@numba.njit(**_OPTIONS)
+def sines_and_cosines(angles, sines, cosines):
+    """
+    Write sin and cos of angles [rad] to arrays as long, to an error of 2e-16.
+
+    Minimax polynomials on [-pi/4, pi/4], as in every C library (fdlibm's coefficients), but both
+    at once and without branches or calls, so that the compiler takes several angles at a time.
+    """
+    for i in range(len(angles)):
+        x = angles[i]
+        quarter = np.rint(x * 0.6366197723675814)
+        r = ((x - quarter * _HALF_PI_1) - quarter * _HALF_PI_2) - quarter * _HALF_PI_3
+        z = r * r
+        sine = r + r * z * (-1.66666666666666324348e-01 + z * (
+            8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (
+                2.75573137070700676789e-06 + z * (
+                    -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))))
+        cosine = 1.0 - 0.5 * z + z * z * (4.16666666666666019037e-02 + z * (
+            -1.38888888888741095749e-03 + z * (2.48015872894767294178e-05 + z * (
+                -2.75573143513906633035e-07 + z * (
+                    2.08757232129817482790e-09 - z * 1.13596475577881948265e-11)))))
+        quarter -= 4.0 * np.floor(0.25 * quarter)  # 0, 1, 2 or 3
+        odd = quarter == 1.0 or quarter == 3.0
+        s, c = (cosine if odd else sine), (sine if odd else cosine)
+        sines[i] = -s if quarter >= 2.0 else s
+        cosines[i] = -c if 1.0 <= quarter <= 2.0 else c
+    for i in range(len(angles)):
+        if abs(angles[i]) > _LARGEST:
+            sines[i], cosines[i] = np.sin(angles[i]), np.cos(angles[i])
+
+
+def _compile():
+    """Return another instance of the generated module, with its functions compiled."""
+    spec = util.spec_from_file_location(f'{__name__}._closed_form', _closed_form.__file__)
+    module = util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # where numba looks for the functions that it kept
+    spec.loader.exec_module(module)
+    for name, function in list(vars(module).items()):
+        if isinstance(function, FunctionType):
+            setattr(module, name, numba.njit(**_OPTIONS)(function))  # they meet by their names
+    return module
+
+
+_MODULE = _compile()
+_ROW = {name[:-len('_row')]: function for name, function in vars(_MODULE).items()
+        if name.endswith('_row')}
+
+
+def evaluate(name: str, size: int, constants: np.ndarray, q: np.ndarray,
+             *rest: np.ndarray) -> np.ndarray:
+    """Call a generated function, as ``core.closed_form.evaluate`` does; constants (53,)."""
+    # numba would compile anew for arrays that are read-only or not contiguous.
+    states = [x if x.flags.carray else x.copy() for x in (q, *rest)]
+    if q.ndim == 1:
+        out = np.empty(size)
+        _ROW[name](*states, constants, out)
+        return out
+    function = getattr(_MODULE, f'{name}_rows')
+    out = np.empty((len(q), size))
+    sines, cosines = np.empty((2, min(len(q), _BLOCK), q.shape[1]))
+    for start in range(0, len(q), _BLOCK):
+        angles, *others = (x[start:start + _BLOCK] for x in states)
+        n = len(angles)
+        sines_and_cosines(angles.reshape(-1), sines[:n].reshape(-1), cosines[:n].reshape(-1))
+        function(sines[:n], cosines[:n], *others, constants, out[start:start + _BLOCK])
+    return out

@@ -1,0 +1,205 @@
+"""The generated closed form as an engine: one state in plain Python, many in NumPy's blocks."""
+
+from importlib.util import find_spec
+from math import cos
+from math import sin
+import os
+
+import numpy as np
+
+from . import _closed_form
+from .base_parameters import base_parameters
+from .base_parameters import lengths
+from .base_parameters import NAMES
+from .base_parameters import TILTED_NAMES
+from .exceptions import ArgumentError
+from .joints import N_JOINTS
+from .parameters import ArmParameters
+from .parameters import theta_offsets
+
+# States computed at a time: 4096 floats of a temporary and its neighbours stay in the cache.
+_BLOCK = 4096
+_SQUARE = (N_JOINTS, N_JOINTS)
+
+# What computes: plain Python and NumPy; the same source compiled by numba; the latter where numba
+# is installed. The environment variable decides where nobody else does.
+PYTHON, NUMBA, AUTO = ENGINES = ('python', 'numba', 'auto')
+ENGINE_VARIABLE = 'BAXTER_DYNAMICS_ENGINE'
+
+
+class ClosedForm:
+    """
+    An arm's dynamics in frame {0} for one set of parameters.
+
+    Inputs are float arrays (7,) or (n, 7), already validated; results gain their own axes.
+
+    Parameters
+    ----------
+    parameters : ArmParameters
+        The links.
+    pseudo_inertia : ndarray (7, 4, 4)
+        J of eq. (12); the parameters' own, with any payload added to the last.
+    gravity : ndarray (3,)
+        Gravity vector in frame {0} [m/s^2].
+    engine : str, optional
+        'python', 'numba', or 'auto': one of :data:`ENGINES`.
+
+    Attributes
+    ----------
+    base_parameters : ndarray (43,) or (45,)
+        phi of ``tau = Y phi`` in the order of ``base_parameters.TILTED_NAMES``; the last two
+        only where gravity is not along the axis of joint 1. Read-only.
+    constants : tuple of float
+        The arm's numbers, as ``_closed_form.CONSTANTS`` names them.
+    upright : bool
+        Whether gravity is along the axis of joint 1.
+
+    Raises
+    ------
+    ArgumentError
+        If the parameters are not those of an arm built like Baxter's.
+
+    """
+
+    def __init__(self, parameters: ArmParameters, pseudo_inertia: np.ndarray,
+                 gravity: np.ndarray, engine: str = AUTO):
+        self.upright = bool(gravity[0] == 0.0 and gravity[1] == 0.0)
+        phi = base_parameters(parameters, pseudo_inertia)
+        self.base_parameters = phi[:len(NAMES)] if self.upright else phi
+        self.base_parameters.flags.writeable = False
+        self.constants = (*phi.tolist(), *lengths(parameters), *(-gravity).tolist())
+        self._evaluate, self._data = _choose(engine, self.constants)
+        self._gravity = 'gravity_upright' if self.upright else 'gravity'
+        # The generated functions have theta_2 = q_2 + pi/2 built in.
+        shift = parameters.theta_offset - theta_offsets()
+        self._shift = shift if shift.any() else None
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """Return M(q), (..., 7, 7) [kg m^2], eq. (6)."""
+        return self._compute('mass_matrix', 49, q).reshape(q.shape[:-1] + _SQUARE)
+
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        """Return G(q), (..., 7) [N m], eq. (8)."""
+        return self._compute(self._gravity, 7, q)
+
+    def coriolis_matrix(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        """Return C(q, qd), (..., 7, 7) [kg m^2/s], eq. (7)."""
+        return self.terms(q, qd)[1]
+
+    def coriolis_torque(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+        """Return C(q, qd) qd, (..., 7) [N m]."""
+        return self._compute('coriolis_torque', 7, q, qd)
+
+    def terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+        """Return M(q), C(q, qd) and G(q) together, eqs. (6) to (8)."""
+        result, square = self._compute('terms', 105, q, qd), q.shape[:-1] + _SQUARE
+        return (result[..., :49].reshape(square), result[..., 49:98].reshape(square),
+                result[..., 98:])
+
+    def torque_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+        """Return M(q), C(q, qd) qd and G(q) together."""
+        result = self._compute('torque_terms', 63, q, qd)
+        return (result[..., :49].reshape(q.shape[:-1] + _SQUARE), result[..., 49:56],
+                result[..., 56:])
+
+    def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        """Return tau, (..., 7) [N m], eq. (5), without forming M or C."""
+        return self._compute('inverse_dynamics', 7, q, qd, qdd)
+
+    def forward_dynamics(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """Return qdd, (..., 7) [rad/s^2], by M = L D L^T."""
+        return self._compute('forward_dynamics', 7, q, qd, tau)
+
+    def christoffel_symbols(self, q: np.ndarray) -> np.ndarray:
+        """Return h_ikm, (..., 7, 7, 7) [kg m^2], eq. (7)."""
+        result = self._compute('christoffel_symbols', 343, q)
+        return result.reshape(q.shape + _SQUARE)
+
+    def regressor(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        """Return Y, (..., 7, 43), or (..., 7, 45) where the base is tilted: tau = Y phi."""
+        result = self._compute('regressor', 7 * len(TILTED_NAMES), q, qd, qdd)
+        return result.reshape(q.shape + (-1,))[..., :len(self.base_parameters)]
+
+    def inverse_dynamics_gradient(self, q: np.ndarray, qd: np.ndarray,
+                                  qdd: np.ndarray) -> tuple:
+        """Return d tau/dq and d tau/dqd, each (..., 7, 7)."""
+        result = self._compute('inverse_dynamics_gradient', 98, q, qd, qdd)
+        result = result.reshape(q.shape[:-1] + (2,) + _SQUARE)
+        return result[..., 0, :, :], result[..., 1, :, :]
+
+    def _compute(self, name: str, size: int, q: np.ndarray, *rest: np.ndarray) -> np.ndarray:
+        if self._shift is not None:
+            q = q + self._shift
+        return self._evaluate(name, size, self._data, q, *rest)
+
+
+def _choose(engine: str, constants: tuple) -> tuple:
+    """Return what evaluates, and the constants as it wants them."""
+    source = 'engine'
+    if engine == AUTO and ENGINE_VARIABLE in os.environ:
+        source, engine = ENGINE_VARIABLE, os.environ[ENGINE_VARIABLE]
+    if engine not in ENGINES:
+        raise ArgumentError(source, f'expected one of {", ".join(ENGINES)}, got {engine!r}')
+    if engine == PYTHON or engine == AUTO and find_spec('numba') is None:
+        return evaluate, constants
+    try:
+        from .. import compiled
+    except ImportError as error:
+        raise ArgumentError(source, f'numba does not load ({error}); install the extra `fast`, or '
+                            f'choose {PYTHON!r}') from None
+    return compiled.evaluate, np.array(constants)
+
+
+def evaluate(name: str, size: int, constants: tuple, q: np.ndarray,
+             *rest: np.ndarray) -> np.ndarray:
+    """
+    Call a generated function on one state or many.
+
+    Parameters
+    ----------
+    name : str
+        A function of ``_closed_form``.
+    size : int
+        How many scalars it gives.
+    constants : tuple of float
+        As ``_closed_form.CONSTANTS`` names them.
+    q, rest : ndarray (7,) or (n, 7)
+        The states.
+
+    Returns
+    -------
+    ndarray (size,) or (n, size)
+
+    """
+    function = getattr(_closed_form, name)
+    if q.ndim == 1:
+        q, out = q.tolist(), [0.0] * size
+        function(map(sin, q), map(cos, q), *[x.tolist() for x in rest], constants, out)
+        return np.array(out)
+    n = len(q)
+    result = np.empty((n, size))
+    states = [np.empty((N_JOINTS, min(n, _BLOCK))) for _ in (q, *rest)]
+    sine, cosine = np.empty((2, *states[0].shape))
+    out = np.empty((size, states[0].shape[1]))
+    for start in range(0, n, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        if n - start < len(out[0]):  # the last block
+            states, (sine, cosine, out) = (
+                [x[:, :n - start] for x in arrays] for arrays in (states, (sine, cosine, out)))
+        for state, x in zip(states, (q, *rest)):
+            state[:] = x[block].T
+        _sine_and_cosine(states[0], sine, cosine)
+        function(sine, cosine, *states[1:], constants, out)
+        result[block] = out.T
+    return result
+
+
+def _sine_and_cosine(x: np.ndarray, sine: np.ndarray, cosine: np.ndarray):
+    """Write sin x and cos x, by the tangent of x/2: one transcendental function for both."""
+    tangent = np.tan(np.multiply(x, 0.5, out=sine), out=sine)
+    square = np.multiply(tangent, tangent, out=cosine)
+    factor = 1.0 / (1.0 + square)
+    np.subtract(1.0, square, out=cosine)
+    cosine *= factor
+    sine += tangent
+    sine *= factor

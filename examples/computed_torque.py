@@ -1,0 +1,76 @@
+"""
+Computed torque against PD with gravity compensation, on the fake Baxter's mechanics.
+
+The hand is switched quickly to and fro, trajectory 3(b) of the paper. Both controllers have the
+same gains; the plant is MuJoCo on the manufacturer's numbers and shares nothing with the model.
+
+Run: python examples/computed_torque.py
+"""
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import JOINTS
+from baxter_dynamics_ros import mount
+from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.simulation.plant import default_truth
+from baxter_dynamics_ros.simulation.plant import Plant
+from baxter_dynamics_ros.simulation.plant import TIMESTEP
+from baxter_dynamics_ros.simulation.trajectories import Reference
+import numpy as np
+
+DURATION = 6.0  # [s]
+KP, KD = 400.0, 40.0  # [1/s^2, 1/s]: the error dies away as exp(-20 t), critically damped
+
+ARM = BaxterArm(mount=mount('right'))
+NOMINAL = np.diag(ARM.mass_matrix(Reference('right', 'switch').q))  # at the start [kg m^2]
+RIGID, FRICTION = EffortModel.rigid(), default_truth(spring=False)
+
+
+def computed_torque(q, qd, q_r, qd_r, qdd_r):
+    """Return tau = M(q) (qdd_r + Kd ed + Kp e) + C(q, qd) qd + G(q)."""
+    mass, coriolis, gravity = ARM.torque_terms(q, qd)
+    return mass @ (qdd_r + KD * (qd_r - qd) + KP * (q_r - q)) + coriolis + gravity
+
+
+def pd_with_gravity(q, qd, q_r, qd_r, qdd_r):
+    """Return tau = M_0 (Kd ed + Kp e) + G(q), M_0 the diagonal of M(q) at the start."""
+    return NOMINAL * (KD * (qd_r - qd) + KP * (q_r - q)) + ARM.gravity(q)
+
+
+def switch():
+    """Return the joints' reference q, qd, qdd, each (n, 7), one row a time step of the plant."""
+    reference = Reference('right', 'switch')
+    q = [reference.q]
+    for _ in range(round(DURATION / TIMESTEP)):
+        reference.advance(TIMESTEP)
+        q.append(reference.q)
+    qd = np.gradient(q, TIMESTEP, axis=0)
+    return np.array(q), qd, np.gradient(qd, TIMESTEP, axis=0)
+
+
+def follow(reference, controller, truth, told):
+    """Return the RMS error (7,) [rad] on an arm of true friction, and told of some of it."""
+    plant = Plant('right', truth=truth)
+    plant.place(reference[0][0])
+    errors = []
+    for q_r, qd_r, qdd_r in zip(*reference):
+        errors.append(q_r - plant.q)
+        plant.step(controller(plant.q, plant.qd, q_r, qd_r, qdd_r) + told.friction(qd_r))
+    return np.sqrt(np.mean(np.square(errors), axis=0))
+
+
+def main():
+    """Follow with both controllers on each arm, and print the errors."""
+    reference = switch()
+    columns = [1e3 * follow(reference, controller, truth, told)
+               for truth, told in ((RIGID, RIGID), (FRICTION, RIGID), (FRICTION, FRICTION))
+               for controller in (pd_with_gravity, computed_torque)]
+    print(f'RMS of e = q_r - q [mrad] over {DURATION:g} s of trajectory 3(b); '
+          f'Kp = {KP:g} 1/s^2, Kd = {KD:g} 1/s')
+    print(f'{"":5} {"rigid arm":^24} {"friction, not told":^24} {"friction, told":^24}')
+    print('joint' + 3 * f' {"PD+G":>8} {"computed torque":>15}')
+    for joint, *errors in zip(JOINTS, *columns):
+        print(f'{joint:5}' + (3 * ' {:8.3f} {:15.3f}').format(*errors))
+
+
+if __name__ == '__main__':
+    main()

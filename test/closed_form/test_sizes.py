@@ -1,0 +1,57 @@
+"""How small the closed form is: ceilings, and the way down from the paper's expansion."""
+
+import pytest
+
+pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
+from baxter_dynamics_ros.closed_form import sizes  # noqa: E402,I100
+from baxter_dynamics_ros.closed_form.quantities import program_of  # noqa: E402
+from baxter_dynamics_ros.closed_form.quantities import QUANTITIES  # noqa: E402
+
+# Additions and multiplications (and 7 divisions of qdd), where gravity is along the first axis,
+# and where it may have any direction.
+CEILINGS = {
+    'terms': (1355, 1377),
+    'mass_matrix': (347, 347),
+    'coriolis_matrix': (1242, 1242),
+    'gravity': (82, 107),
+    'torque_terms': (956, 978),
+    'coriolis_torque': (563, 563),
+    'inverse_dynamics': (598, 610),
+    'forward_dynamics': (1152, 1171),
+    'christoffel_symbols': (1000, 1000),
+    'regressor': (1107, 1115),
+    'inverse_dynamics_gradient': (3146, 3204),
+}
+
+
+@pytest.mark.parametrize('name', QUANTITIES)
+def test_operations(name):
+    for tilted, ceiling in enumerate(CEILINGS[name]):
+        assert program_of(QUANTITIES[name], bool(tilted)).operations() <= ceiling
+
+
+def test_the_expanded_equations_have_over_half_a_million_terms():
+    # The paper: "over half a million". G_1 is zero and counts as none.
+    assert sizes.expanded_terms() == 808_991
+
+
+def test_each_step_is_smaller_than_the_one_before():
+    totals = [sizes.expanded_terms(), sizes.dense_operations().total,
+              sizes.symbolic_operations().total, sizes.body_frame_sizes()[0].total]
+    assert totals == sorted(totals, reverse=True)
+    assert totals[1] > 10 * totals[3]
+
+
+def test_matrix_code_has_the_product_of_its_shapes():
+    # A 4 x 4 product: 64 multiplications and 48 additions.
+    full = sizes._Tally()
+    sizes._Tally.additions = sizes._Tally.multiplications = 0
+    matrix = sizes._matrix([[full] * 4] * 4)
+    matrix.dot(matrix)
+    assert (sizes._Tally.additions, sizes._Tally.multiplications) == (48, 64)
+
+
+def test_table_lists_them_all():
+    table = sizes.table()
+    for number in ('808,991', '1,355', '347', '82', '956', '598', '1,107'):
+        assert f'| {number} |' in table

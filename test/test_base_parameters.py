@@ -1,0 +1,85 @@
+"""The 43 base parameters: enough, none too many, and blind to what no joint feels."""
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.core import base_parameters
+from baxter_dynamics_ros.core.parameters import paper_parameters
+import numpy as np
+import pytest
+
+EXACT = {'rtol': 0.0, 'atol': 1e-12}
+
+
+def test_regressor_times_base_parameters_is_the_torque(arm, random_states):
+    q, qd, qdd = random_states(200)
+    tau = arm.regressor(q, qd, qdd) @ arm.base_parameters
+    np.testing.assert_allclose(tau, arm.inverse_dynamics(q, qd, qdd), **EXACT)
+
+
+@pytest.mark.parametrize('gravity, rank', [((0, 0, -9.81), 43), ((1.3, -2.1, -9.4), 45)])
+def test_regressor_has_full_rank(gravity, rank, random_states):
+    arm = BaxterArm(gravity=gravity)
+    y = arm.regressor(*random_states(300))
+    assert y.shape == (300, 7, rank) and arm.base_parameters.shape == (rank,)
+    values = np.linalg.svd(y.reshape(-1, rank), compute_uv=False)
+    assert values[-1] > 1e-3 * values[0]
+
+
+def test_no_regressor_of_all_ten_parameters_sees_more(arm, random_states):
+    # Pinocchio's regressor has 70 columns; its rank is the number of base parameters.
+    pin = pytest.importorskip('pinocchio', reason='the reference engine: pip install pin')
+    from baxter_dynamics_ros.newton_euler import build_model
+    model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
+    data = model.createData()
+    states = random_states(60)
+    theirs = np.concatenate([pin.computeJointTorqueRegressor(model, data, *state).copy()
+                             for state in zip(*states)])
+    ours = arm.regressor(*states).reshape(-1, len(arm.base_parameters))
+    rank = np.linalg.matrix_rank(theirs, tol=1e-8 * np.linalg.norm(theirs, 2))
+    assert rank == len(arm.base_parameters)
+    # ... and both span the same torques.
+    solution = np.linalg.lstsq(theirs, ours, rcond=1e-12)[0]
+    np.testing.assert_allclose(theirs @ solution, ours, rtol=0.0, atol=1e-9)
+
+
+def test_base_parameters_are_linear_in_the_pseudo_inertia(rng):
+    parameters = paper_parameters()
+    x, y = rng.normal(size=(2, 7, 4, 4))
+    x, y = x + x.swapaxes(-1, -2), y + y.swapaxes(-1, -2)
+    phi = [base_parameters.base_parameters(parameters, j) for j in (x, y, 2 * x - 3 * y)]
+    np.testing.assert_allclose(2 * phi[0] - 3 * phi[1], phi[2], rtol=0.0, atol=1e-12)
+    stacked = base_parameters.base_parameters(parameters, np.stack([x, y]))
+    np.testing.assert_allclose(stacked, np.stack(phi[:2]), **EXACT)
+
+
+@pytest.mark.parametrize('link', range(1, 7))
+def test_mass_on_a_joints_axis_belongs_to_the_link_before(link):
+    # A point mass on the axis of joint link + 1, as part of one link or of the other.
+    arm = BaxterArm()
+    frames = arm.composite.transforms(np.zeros(7))
+    axis_point = frames[link] @ np.array([0.0, 0.0, 0.17, 1.0])  # frame {link}: z is that axis
+    moved = []
+    for owner in (link - 1, link):
+        pseudo = arm.parameters.pseudo_inertia.copy()
+        point = np.linalg.solve(frames[owner + 1], axis_point)
+        pseudo[owner] += 0.8 * np.outer(point, point)
+        moved.append(base_parameters.base_parameters(arm.parameters, pseudo))
+    np.testing.assert_allclose(moved[0], moved[1], **EXACT)
+    assert np.abs(moved[0] - arm.dynamics.constants[:45]).max() > 1e-3 or link == 1
+
+
+def test_names_are_one_for_each():
+    assert len(base_parameters.NAMES) == 43 == len(set(base_parameters.NAMES))
+    assert base_parameters.TILTED_NAMES[:43] == base_parameters.NAMES
+    assert len(base_parameters.TILTED_NAMES) == 45
+
+
+def test_the_first_is_the_inertia_about_the_first_axis():
+    # At any pose M_11 contains it with factor one.
+    arm = BaxterArm()
+    y = arm.regressor(np.zeros(7), np.zeros(7), np.eye(7)[0])
+    assert y[0, 0] == 1.0 and not y[1:, 0].any()
+
+
+def test_base_parameters_are_read_only():
+    with pytest.raises(ValueError):
+        BaxterArm().base_parameters[0] = 1.0
