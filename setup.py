@@ -29,6 +29,14 @@ offline = [
 export = ['casadi==3.8.2', 'pyyaml>=6.0']
 # The same closed form, compiled.
 fast = ['numba==0.68.1']
+# What benchmarks/model.py compares with, as far as it is installed.
+benchmark = export + fast + [
+    'pin==4.1.0',
+    'mujoco==3.17.0',
+    'pybullet==3.2.7',
+    'drake==1.51.1',
+    'roboticstoolbox-python==1.5.0',
+]
 demo = ros + offline + [
     'mujoco==3.17.0',
     'hpp-baxter==9.0.2',  # the manufacturer's robot description
@@ -86,7 +94,7 @@ setup(
     python_requires='>=3.10',
     install_requires=['numpy>=1.24'],
     extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export,
-                    'fast': fast, 'test': test},
+                    'fast': fast, 'benchmark': benchmark, 'test': test},
     package_data={package_name: ['report/*.j2']},
     zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',

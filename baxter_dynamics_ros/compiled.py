@@ -67,26 +67,33 @@ def _compile():
     return module
 
 
-_MODULE = _compile()
-_ROW = {name[:-len('_row')]: function for name, function in vars(_MODULE).items()
-        if name.endswith('_row')}
+MODULE = _compile()  # the generated functions, compiled
 
 
-def evaluate(name: str, size: int, constants: np.ndarray, q: np.ndarray,
-             *rest: np.ndarray) -> np.ndarray:
-    """Call a generated function, as ``core.closed_form.evaluate`` does; constants (53,)."""
-    # numba would compile anew for arrays that are read-only or not contiguous.
-    states = [x if x.flags.carray else x.copy() for x in (q, *rest)]
-    if q.ndim == 1:
-        out = np.empty(size)
-        _ROW[name](*states, constants, out)
-        return out
-    function = getattr(_MODULE, f'{name}_rows')
-    out = np.empty((len(q), size))
+def bind(name: str, size: int, constants: tuple):
+    """Return what calls a compiled function, as ``core.closed_form.bind`` does."""
+    row, rows = getattr(MODULE, f'{name}_row'), getattr(MODULE, f'{name}_rows')
+    constants = np.array(constants)
+
+    def compute(q: np.ndarray, *rest: np.ndarray) -> np.ndarray:
+        # numba would compile anew for arrays that are read-only or not contiguous.
+        states = [x if x.flags.carray else x.copy() for x in (q, *rest)]
+        if q.ndim > 1:
+            return _compute_many(rows, size, constants, *states)
+        result = np.empty(size)
+        row(*states, constants, result)
+        return result
+    return compute
+
+
+def _compute_many(rows, size: int, constants: np.ndarray, q: np.ndarray,
+                  *rest: np.ndarray) -> np.ndarray:
+    """Call a compiled function on arrays (n, 7), block by block."""
+    result = np.empty((len(q), size))
     sines, cosines = np.empty((2, min(len(q), _BLOCK), q.shape[1]))
     for start in range(0, len(q), _BLOCK):
-        angles, *others = (x[start:start + _BLOCK] for x in states)
+        angles, *others = (x[start:start + _BLOCK] for x in (q, *rest))
         n = len(angles)
         sines_and_cosines(angles.reshape(-1), sines[:n].reshape(-1), cosines[:n].reshape(-1))
-        function(sines[:n], cosines[:n], *others, constants, out[start:start + _BLOCK])
-    return out
+        rows(sines[:n], cosines[:n], *others, constants, result[start:start + _BLOCK])
+    return result

@@ -1,79 +1,39 @@
 """
-Time the model's calls on one state against Pinocchio's, alternating, in one run.
+Compare the model's speed with that of other engines: one table, in one run.
 
-Run: python benchmarks/model.py
+All engines have our parameters and must agree before they are timed; one that is not installed
+is left out and named. Run: python benchmarks/model.py [--quick] [--markdown] [--json PATH]
 """
 
-from statistics import median
-from time import perf_counter
+import argparse
+import os
+from pathlib import Path
+import sys
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core import lagrange_euler
-from baxter_dynamics_ros.newton_euler import NewtonEuler
-import numpy as np
-import pinocchio as pin
-
-ROUNDS = 40
-CALLS = 200
+# Read when the libraries are loaded, so that what loads them is imported after this is set.
+ONE_THREAD = ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMBA_NUM_THREADS')
 
 
-def main():
-    """Print one table: microseconds a call, and the ratio to ``pin.rnea``."""
-    arm = BaxterArm()
-    reference = NewtonEuler(arm)
-    model, data = reference.model, reference.data
-    q, qd, qdd = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 7))
-
-    def pinocchio_terms():
-        return (pin.crba(model, data, q), pin.computeCoriolisMatrix(model, data, q, qd),
-                pin.computeGeneralizedGravity(model, data, q))
-
-    agree(arm, pinocchio_terms, reference, q, qd, qdd)
-    calls = {
-        'pin.rnea': lambda: pin.rnea(model, data, q, qd, qdd),
-        "Pinocchio's M, C, G (three calls)": pinocchio_terms,
-        'pin.aba': lambda: pin.aba(model, data, q, qd, qdd),
-        'BaxterArm.terms: M, C, G': lambda: arm.terms(q, qd),
-        'BaxterArm.inverse_dynamics': lambda: arm.inverse_dynamics(q, qd, qdd),
-        'BaxterArm.forward_dynamics': lambda: arm.forward_dynamics(q, qd, qdd),
-        'BaxterArm.mass_matrix': lambda: arm.mass_matrix(q),
-        'BaxterArm.gravity': lambda: arm.gravity(q),
-    }
-    times = {name: [] for name in calls}
-    for _ in range(ROUNDS):
-        for name, call in calls.items():
-            start = perf_counter()
-            for _ in range(CALLS):
-                call()
-            times[name].append((perf_counter() - start) / CALLS * 1e6)
-    specification = time_specification(arm, q, qd, qdd)
-    times['the specification, eqs. (5) to (11)'] = specification
-    base = median(times['pin.rnea'])
-    print(f'{"one state":40} {"median us":>10} {"min us":>10} {"/ pin.rnea":>10}')
-    for name, each in times.items():
-        print(f'{name:40} {median(each):10.1f} {min(each):10.1f} {median(each) / base:10.1f}')
-
-
-def agree(arm, pinocchio_terms, reference, q, qd, qdd):
-    """Refuse to time what does not agree."""
-    mass, coriolis, gravity = arm.terms(q, qd)
-    their_mass, their_coriolis, their_gravity = pinocchio_terms()
-    assert np.abs(np.triu(mass - their_mass)).max() < 1e-12  # crba fills the upper triangle
-    assert np.abs(coriolis - their_coriolis).max() < 1e-12
-    assert np.abs(gravity - their_gravity).max() < 1e-12
-    tau = arm.inverse_dynamics(q, qd, qdd)
-    assert np.abs(tau - reference.inverse_dynamics(q, qd, qdd)).max() < 1e-12
-
-
-def time_specification(arm, q, qd, qdd):
-    """Time a few calls of the equations as printed."""
-    times = []
-    for _ in range(3):
-        start = perf_counter()
-        lagrange_euler.inverse_dynamics(arm.parameters, q, qd, qdd, arm.gravity_vector)
-        times.append((perf_counter() - start) * 1e6)
-    return times
+def main() -> int:
+    """Print the table; return 1 if one of our own calls does not agree."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--quick', action='store_true',
+                        help='see that it works: too few rounds for its numbers to mean anything')
+    parser.add_argument('--markdown', action='store_true', help='print Markdown')
+    parser.add_argument('--json', type=Path, metavar='PATH', help='write all numbers, too')
+    arguments = parser.parse_args()
+    os.environ.update(dict.fromkeys(ONE_THREAD, '1'))
+    from speed import comparison
+    from speed import table
+    extent = comparison.QUICK if arguments.quick else comparison.Extent()
+    rows = comparison.compare(extent)
+    print((table.as_markdown if arguments.markdown else table.as_text)(rows, extent.batch))
+    if arguments.json:
+        arguments.json.write_text(table.as_json(rows, extent.batch) + '\n', encoding='utf-8')
+    refused = [row for row in rows if row.engine.startswith(comparison.OURS)
+               and row.difference is not None and row.seconds is None]
+    return 1 if refused else 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

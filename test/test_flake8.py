@@ -6,6 +6,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'examples', 'setup.py')
+GENERATED = ('_closed_form.py',)
 
 # Without one of the plugins that ament asks for, flake8 checks less and does not say so.
 LINTERS = ('ament_flake8', 'flake8_blind_except', 'flake8_builtins', 'flake8_class_newline',
@@ -20,5 +21,6 @@ def test_flake8(monkeypatch):
         pytest.importorskip(linter, reason=f'{linter} is missing: pip install ".[test]"')
     from ament_flake8.main import main_with_errors
     monkeypatch.chdir(REPOSITORY / 'test')  # ament_flake8 walks through all that lies below
-    _, errors = main_with_errors(argv=[str(REPOSITORY / name) for name in CHECKED])
+    _, errors = main_with_errors(argv=[
+        *(str(REPOSITORY / name) for name in CHECKED), '--exclude', *GENERATED])
     assert not errors, '\n'.join(errors)

@@ -12,6 +12,8 @@ from ..core.joints import SIDES
 
 TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt')
 TRAJECTORIES = ('circle', 'switch', 'lift')
+LANGUAGES = ('c', 'python', 'numba', 'matlab', 'casadi', 'sympy', 'latex')
+QUANTITIES = ('M', 'C', 'G', 'Cqd', 'MCG', 'tau', 'qdd', 'regressor', 'gradient', 'christoffel')
 
 
 def main(arguments=None) -> int:
@@ -48,6 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_experiment(commands)
     _add_evaluate(commands)
     _add_calibrate(commands)
+    _add_export(commands)
     return parser
 
 
@@ -142,6 +145,28 @@ def _calibrate(options) -> int:
     return _load('calibrate', 'offline').run(
         options.bags, options.output or 'my_robot.yaml', options.arm, options.topic,
         options.params, options.inertial, options.payload, options.only, options.command_line)
+
+
+def _add_export(commands):
+    export = commands.add_parser(
+        'export', help='write the closed form in other languages, as files that stand alone',
+        description='Write the dynamics of the arm in another language, as files that stand alone '
+        "and say what they take and give. The arm's numbers are data in them.")
+    export.add_argument('language', nargs='?', choices=LANGUAGES)
+    export.add_argument('-o', '--output', metavar='PATH',
+                        help='the folder, or the file where there is but one (default: '
+                        'baxter_dynamics_LANGUAGE)')
+    export.add_argument('--quantities', default='M,C,G,MCG,tau', metavar='LIST',
+                        help='some of ' + ','.join(QUANTITIES) + ': matrices and vectors of the '
+                        'model, MCG three at once, gradient of tau (default: %(default)s)')
+    export.add_argument('--params', metavar='FILE',
+                        help='a parameter file of torque_predictor, whose payload, links and '
+                        'gravity to take')
+    export.add_argument('--base-parameters', action='store_true',
+                        help='write nothing: print the base parameters and what they mean')
+    export.set_defaults(run=lambda options: _load('export', 'export').run(
+        options.language, options.output, options.quantities, options.params,
+        options.base_parameters))
 
 
 def _add_input(parser, at_least: str = '+'):

@@ -49,6 +49,7 @@ from .matrices import pair
 from .matrices import spun
 from .matrices import total
 from .matrices import turned
+from .matrices import twist_matrix
 from .matrices import unit_torques
 from .matrices import wrench_of
 
@@ -127,6 +128,18 @@ class Formulation:
     def inverse_dynamics(self, qd, qdd) -> list:
         """Return tau, eq. (5), without forming M or C."""
         return self._torques(self._accelerations(qd, qdd, self.up))
+
+    def momentum_terms(self, qd) -> tuple:
+        """
+        Return p = M qd, C^T qd and G: dp/dt = tau + C^T qd - G, without forming M or C.
+
+        With the momentum of link k and all beyond it, sum_{l>=k} V_l S_l = B_k: p_k = <B_k, xi_k>,
+        and C^T qd, the derivative of the kinetic energy by q, is <B_k, dxi_k/dt>.
+        """
+        twists = self._velocities(qd)
+        momenta = self._wrenches([twist_matrix(*twist) for twist in twists])
+        changes = [pair(derivative_of_axis(*twist), m) for twist, m in zip(twists, momenta)]
+        return [m.moment[2] for m in momenta], changes, self.gravity()
 
     def forward_dynamics(self, qd, tau) -> list:
         """Return qdd = M^-1 (tau - C qd - G), by M = L D L^T."""
@@ -245,9 +258,9 @@ class Formulation:
             result.insert(0, self.frames.affine_inward(k, Affine(block, column)))
         return result
 
-    def _wrenches(self, accelerations) -> list:
-        """Return the wrench that link k and all beyond it need, in body frame k."""
-        result = [acceleration_wrench(a, j) for a, j in zip(accelerations, self.links)]
+    def _wrenches(self, motions) -> list:
+        """Return the wrench of sum_{l>=k} A_l S_l for A, or V, of each link, in body frame k."""
+        result = [acceleration_wrench(a, j) for a, j in zip(motions, self.links)]
         for k in range(N - 1, 0, -1):
             result[k - 1] = total(result[k - 1], self.frames.wrench_inward(k, result[k]))
         return result

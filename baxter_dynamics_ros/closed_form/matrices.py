@@ -29,6 +29,12 @@ def acceleration(omega: tuple, omega_dot: tuple, column: tuple) -> Acceleration:
     return Acceleration(block, column, (zz - yy, xx - zz, yy - xx))
 
 
+def twist_matrix(omega: tuple, velocity: tuple) -> Acceleration:
+    """Return V of a body's twist, as what can stand for A: its diagonal is zero."""
+    x, y, z = omega
+    return Acceleration(((0, -z, y), (z, 0, -x), (-y, x, 0)), velocity, ZERO)
+
+
 def change_with_axis(a: Acceleration) -> Acceleration:
     """Return A xi - xi A: what A of body k changes by, in body frame k, with q_k."""
     (_, xy, xz), (yx, _, yz), (zx, zy, _) = a.block

@@ -1,5 +1,7 @@
 """Write ``core/_closed_form.py``: the one generated module."""
 
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from textwrap import fill
 
@@ -11,6 +13,9 @@ from .quantities import TILTED_REGRESSOR
 from .source import assignments
 
 COMMAND = 'python -m baxter_dynamics_ros.closed_form'
+# What also has a form for gravity along the axis of joint 1: where that saves most, or is called
+# most.
+UPRIGHT = ('gravity', 'torque_terms', 'inverse_dynamics')
 PATH = Path(__file__).parents[1] / 'core' / '_closed_form.py'
 
 _HEAD = f'''# flake8: noqa
@@ -39,8 +44,8 @@ def module_text() -> str:
     """Return the text of the module."""
     parts = [_HEAD, _tuple('CONSTANTS = ', CONSTANTS, repr), '\n']
     for quantity in QUANTITIES.values():
-        if quantity.name == 'gravity':
-            parts.append(_function('gravity_upright', quantity, tilted=False))
+        if quantity.name in UPRIGHT:
+            parts.append(_function(f'{quantity.name}_upright', quantity, tilted=False))
         if quantity.name == 'regressor':
             quantity = TILTED_REGRESSOR
         if quantity.name != 'coriolis_matrix':  # terms() has it, for little more
@@ -65,8 +70,9 @@ def _function(name: str, quantity: Quantity, tilted: bool) -> str:
         body.append(_tuple('', [names[f'{vector}[{i}]'] for i in range(7)], end=f' = {vector}'))
     body.append(_tuple('', CONSTANTS, end=' = constants'))
     targets = [f'out[{i}]' for i in range(len(program.outputs))]
-    body += [f'{target} = {text}' for target, text in
-             assignments(program, targets, names, reuse=True)]
+    # What several outputs share, as M's two halves do, is computed once.
+    written = groupby(assignments(program, targets, names, reuse=True), itemgetter(1))
+    body += [' = '.join([*(target for target, _ in same), text]) for text, same in written]
     what = '; '.join(f'{output.symbol} {output.shape} [{output.unit}]'.replace(',)', ')')
                      for output in quantity.outputs)
     title = f'"""Compute {what}: {program.operations()} operations."""'

@@ -36,6 +36,8 @@ _M = Output('M', (N, N), 'kg m^2', 'mass matrix, eq. (6)')
 _C = Output('C', (N, N), 'kg m^2/s', 'Coriolis matrix of the Christoffel symbols, eq. (7)')
 _CQD = Output('Cqd', (N,), 'N m', 'C(q, qd) qd')
 _G = Output('G', (N,), 'N m', 'gravity torques, eq. (8)')
+_P = Output('p', (N,), 'N m s', 'generalised momentum M(q) qd')
+_CTQD = Output('Ctqd', (N,), 'N m', 'C(q, qd)^T qd: dp/dt = tau + C^T qd - G')
 _TAU = Output('tau', (N,), 'N m', 'M(q) qdd + C(q, qd) qd + G(q), eq. (5)')
 _QDD = Output('qdd', (N,), 'rad/s^2', 'M(q)^-1 (tau - C(q, qd) qd - G(q))')
 _H = Output('h', (N, N, N), 'kg m^2', 'Christoffel symbols h_ikm, C_ik = sum_m h_ikm qd_m')
@@ -56,6 +58,7 @@ QUANTITIES = {quantity.name: quantity for quantity in (
              lambda f, qd: (f.mass_matrix(), f.coriolis_matrix(qd), f.gravity())),
     Quantity('torque_terms', ('qd',), (_M, _CQD, _G),
              lambda f, qd: (f.mass_matrix(), f.coriolis_torque(qd), f.gravity())),
+    Quantity('momentum_terms', ('qd',), (_P, _CTQD, _G), Formulation.momentum_terms),
     Quantity('inverse_dynamics', ('qd', 'qdd'), (_TAU,), Formulation.inverse_dynamics),
     Quantity('forward_dynamics', ('qd', 'tau'), (_QDD,), Formulation.forward_dynamics),
     Quantity('christoffel_symbols', (), (_H,), Formulation.christoffel_symbols),

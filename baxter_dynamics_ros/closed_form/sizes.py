@@ -102,6 +102,7 @@ def body_frame_sizes() -> list:
             ('M, C qd and G', QUANTITIES['torque_terms']),
             ('C qd alone', QUANTITIES['coriolis_torque']),
             ('all Christoffel symbols and M', both),
+            ('p = M qd, C^T qd and G', QUANTITIES['momentum_terms']),
             ('tau', QUANTITIES['inverse_dynamics']),
             ('qdd, with 7 divisions', QUANTITIES['forward_dynamics']),
             ('regressor Y (7 x 43)', QUANTITIES['regressor']),

@@ -51,8 +51,7 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = -t13
-    out[47] = -t13
+    out[41] = out[47] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -65,8 +64,7 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t7 = yy4 - (t21 - (yy6 + t7 - t21))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t9
     t14 = s6 * t1 + c6 * t14
-    out[33] = t14
-    out[39] = t14
+    out[33] = out[39] = t14
     t1 = yz5 + t16 * d5 - t14
     t5 = c5 * t6 - s5 * t1
     t22 = xy4 - t5
@@ -83,8 +81,7 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t1 = s5 * t6 + c5 * t1
-    out[25] = -t1
-    out[31] = -t1
+    out[25] = out[31] = -t1
     t6 = yz4 - t1
     t17 = c4 * t18 - s4 * t6
     t26 = s5 * t25 + c5 * t26
@@ -97,41 +94,34 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t24 = yy2 - (t28 - (t7 + t24 - t28))
     t23 = xz3 + t30 * d3 + t22 - c4 * t23 - a3 * t29
     t6 = s4 * t18 + c4 * t6
-    out[17] = t6
-    out[23] = t6
+    out[17] = out[23] = t6
     t18 = yz3 + t26 * d3 - t6
     t22 = c3 * t23 - s3 * t18
     t30 = c3 * (t30 + hx3) - s3 * (t26 + hy3)
     t36 = a1 * (s2 * (hx2 + t30) + c2 * (t29 + hy2))
     out[0] = izz1 - (t36 - (t35 - c2 * (c2 * (t35 - t24) - (s2 + s2) * (xy2 - t22)) - t36)) + t19 + t34
     t18 = s3 * t23 + c3 * t18
-    out[9] = -t18
-    out[15] = -t18
+    out[9] = out[15] = -t18
     t18 = c2 * (xz2 - (t25 - c3 * t33)) - s2 * (yz2 - t18)
-    out[1] = t18
-    out[7] = t18
+    out[1] = out[7] = t18
     t19 = t32 + t19
     out[16] = t19
     t19 = a1 * t30 + c2 * t22 - s2 * t19
-    out[2] = t19
-    out[14] = t19
+    out[2] = out[14] = t19
     t7 = t20 + t7
     out[24] = t7
     t7 = t7 + t31 - t28
     t6 = c2 * (c3 * t17 + s3 * t7) - s2 * t6 - a1 * (s3 * t29)
-    out[3] = t6
-    out[21] = t6
+    out[3] = out[21] = t6
     t6 = c4 * t26
     t2 = t12 + t2
     out[32] = t2
     t12 = c4 * t5 - s4 * t2 + t27 * d3
     t26 = t1 + d3 * t6 + a3 * (s4 * t26)
     t2 = a3 * t27 + s4 * t5 + c4 * t2
-    out[18] = t2
-    out[30] = t2
+    out[18] = out[30] = t2
     t2 = a1 * (t27 * c3 - s3 * t6) + c2 * (c3 * t12 - s3 * t26) - s2 * t2
-    out[4] = t2
-    out[28] = t2
+    out[4] = out[28] = t2
     t3 = t3 + yy6
     out[40] = t3
     t3 = t3 + t11 - t21
@@ -139,17 +129,14 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t11 = s5 * t9
     t2 = c4 * t21 - s4 * t14 - d3 * t11
     t3 = s5 * t15 - c5 * t3
-    out[26] = -t3
-    out[38] = -t3
+    out[26] = out[38] = -t3
     t9 = c5 * t9
     t15 = c4 * t9 + t10 * s4
     t9 = t3 - (a3 * (t10 * c4 - s4 * t9) - d3 * t15)
     t21 = s4 * t21 + c4 * t14 - a3 * t11
-    out[19] = t21
-    out[37] = t21
+    out[19] = out[37] = t21
     t21 = c2 * (c3 * t2 - s3 * t9) - s2 * t21 - a1 * (s3 * t15 + c3 * t11)
-    out[5] = t21
-    out[35] = t21
+    out[5] = out[35] = t21
     t21 = s6 * t16
     t16 = c6 * t16
     t15 = c5 * t16 + t8 * s5
@@ -161,32 +148,24 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t16 = t13 + d5 * t16 + a5 * t21
     t13 = c5 * t10 - s5 * t16
     t3 = a5 * t8 + s6 * t4 + c6 * t3
-    out[34] = t3
-    out[46] = t3
+    out[34] = out[46] = t3
     t8 = c4 * t13 - s4 * t3 + d3 * t14
     t16 = s5 * t10 + c5 * t16
-    out[27] = -t16
-    out[45] = -t16
+    out[27] = out[45] = -t16
     t16 = t16 - (d3 * t11 - a3 * (s4 * t15 + c4 * t21))
     t3 = a3 * t14 + s4 * t13 + c4 * t3
-    out[20] = t3
-    out[44] = t3
+    out[20] = out[44] = t3
     t3 = a1 * (s3 * t11 + c3 * t14) + c2 * (c3 * t8 - s3 * t16) - s2 * t3
-    out[6] = t3
-    out[42] = t3
+    out[6] = out[42] = t3
     out[8] = t35 + t24
     t7 = c3 * t7 - s3 * t17
-    out[10] = t7
-    out[22] = t7
+    out[10] = out[22] = t7
     t26 = s3 * t12 + c3 * t26
-    out[11] = -t26
-    out[29] = -t26
+    out[11] = out[29] = -t26
     t9 = s3 * t2 + c3 * t9
-    out[12] = -t9
-    out[36] = -t9
+    out[12] = out[36] = -t9
     t16 = s3 * t8 + c3 * t16
-    out[13] = -t16
-    out[43] = -t16
+    out[13] = out[43] = -t16
 
 
 def mass_matrix_row(q, constants, out):
@@ -659,8 +638,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = -t13
-    out[47] = -t13
+    out[41] = out[47] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -673,8 +651,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t7 = yy4 - (t22 - (yy6 + t7 - t22))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t21
     t23 = s6 * t1 + c6 * t14
-    out[33] = t23
-    out[39] = t23
+    out[33] = out[39] = t23
     t24 = yz5 + t16 * d5 - t23
     t25 = c5 * t6 - s5 * t24
     t26 = xy4 - t25
@@ -691,8 +668,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t37 = s5 * t6 + c5 * t24
-    out[25] = -t37
-    out[31] = -t37
+    out[25] = out[31] = -t37
     t38 = yz4 - t37
     t39 = c4 * t18 - s4 * t38
     t40 = s5 * t29 + c5 * t30
@@ -705,8 +681,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t28 = yy2 - (t46 - (t7 + t28 - t46))
     t27 = xz3 + t34 * d3 + t26 - c4 * t27 - a3 * t45
     t47 = s4 * t18 + c4 * t38
-    out[17] = t47
-    out[23] = t47
+    out[17] = out[23] = t47
     t48 = yz3 + t40 * d3 - t47
     t49 = c3 * t27 - s3 * t48
     t50 = xy2 - t49
@@ -719,25 +694,21 @@ def terms(sin_q, cos_q, qd, constants, out):
     t56 = a1 * t55
     out[0] = izz1 - (t56 - (t44 - c2 * (c2 * (t44 - t28) - (s2 + s2) * t50) - t56)) + t19 + t43
     t56 = s3 * t27 + c3 * t48
-    out[9] = -t56
-    out[15] = -t56
+    out[9] = out[15] = -t56
     t56 = yz2 - t56
     t42 = xz2 - (t41 - c3 * t42)
     t43 = c2 * t42 - s2 * t56
-    out[1] = t43
-    out[7] = t43
+    out[1] = out[7] = t43
     t43 = t36 + t19
     out[16] = t43
     t52 = a1 * t52 + c2 * t49 - s2 * t43
-    out[2] = t52
-    out[14] = t52
+    out[2] = out[14] = t52
     t52 = t20 + t7
     out[24] = t52
     t52 = t52 + t35 - t46
     t46 = c3 * t39 + s3 * t52
     t35 = c2 * t46 - s2 * t47 - a1 * (s3 * t45)
-    out[3] = t35
-    out[21] = t35
+    out[3] = out[21] = t35
     t35 = c4 * t40
     t57 = t12 + t2
     out[32] = t57
@@ -745,11 +716,9 @@ def terms(sin_q, cos_q, qd, constants, out):
     t37 = t37 + d3 * t35 + a3 * (s4 * t40)
     t59 = c3 * t58 - s3 * t37
     t60 = a3 * t31 + s4 * t25 + c4 * t57
-    out[18] = t60
-    out[30] = t60
+    out[18] = out[30] = t60
     t61 = a1 * (t31 * c3 - s3 * t35) + c2 * t59 - s2 * t60
-    out[4] = t61
-    out[28] = t61
+    out[4] = out[28] = t61
     t61 = t3 + yy6
     out[40] = t61
     t61 = t61 + t11 - t22
@@ -757,18 +726,15 @@ def terms(sin_q, cos_q, qd, constants, out):
     t11 = s5 * t21
     t62 = c4 * t22 - s4 * t23 - d3 * t11
     t63 = s5 * t15 - c5 * t61
-    out[26] = -t63
-    out[38] = -t63
+    out[26] = out[38] = -t63
     t64 = c5 * t21
     t65 = c4 * t64 + t10 * s4
     t63 = t63 - (a3 * (t10 * c4 - s4 * t64) - d3 * t65)
     t66 = c3 * t62 - s3 * t63
     t67 = s4 * t22 + c4 * t23 - a3 * t11
-    out[19] = t67
-    out[37] = t67
+    out[19] = out[37] = t67
     t68 = c2 * t66 - s2 * t67 - a1 * (s3 * t65 + c3 * t11)
-    out[5] = t68
-    out[35] = t68
+    out[5] = out[35] = t68
     t68 = s6 * t16
     t69 = c6 * t16
     t70 = c5 * t69 + t8 * s5
@@ -780,33 +746,25 @@ def terms(sin_q, cos_q, qd, constants, out):
     t13 = t13 + d5 * t69 + a5 * t68
     t75 = c5 * t74 - s5 * t13
     t76 = a5 * t8 + s6 * t4 + c6 * t73
-    out[34] = t76
-    out[46] = t76
+    out[34] = out[46] = t76
     t77 = c4 * t75 - s4 * t76 + d3 * t72
     t78 = s5 * t74 + c5 * t13
-    out[27] = -t78
-    out[45] = -t78
+    out[27] = out[45] = -t78
     t78 = t78 - (d3 * t71 - a3 * (s4 * t70 + c4 * t68))
     t79 = c3 * t77 - s3 * t78
     t80 = a3 * t72 + s4 * t75 + c4 * t76
-    out[20] = t80
-    out[44] = t80
+    out[20] = out[44] = t80
     t81 = a1 * (s3 * t71 + c3 * t72) + c2 * t79 - s2 * t80
-    out[6] = t81
-    out[42] = t81
+    out[6] = out[42] = t81
     out[8] = t44 + t28
     t81 = c3 * t52 - s3 * t39
-    out[10] = t81
-    out[22] = t81
+    out[10] = out[22] = t81
     t81 = s3 * t58 + c3 * t37
-    out[11] = -t81
-    out[29] = -t81
+    out[11] = out[29] = -t81
     t81 = s3 * t62 + c3 * t63
-    out[12] = -t81
-    out[36] = -t81
+    out[12] = out[36] = -t81
     t81 = s3 * t77 + c3 * t78
-    out[13] = -t81
-    out[43] = -t81
+    out[13] = out[43] = -t81
     t81 = xy7 * v7
     t82 = xx7 * v7
     t83 = yy7 * v7
@@ -1163,6 +1121,375 @@ def terms_rows(sin_q, cos_q, qd, constants, out):
             numbers, out[i])
 
 
+def torque_terms_upright(sin_q, cos_q, qd, constants, out):
+    """Compute M (7, 7) [kg m^2]; Cqd (7) [N m]; G (7) [N m]: 956 operations."""
+    (s1, s2, s3, s4, s5, s6, s7) = sin_q
+    (c1, c2, c3, c4, c5, c6, c7) = cos_q
+    (v1, v2, v3, v4, v5, v6, v7) = qd
+    (
+        izz1, xx2, yy2, xy2, xz2, yz2, hx2, hy2, xx3, yy3, xy3, xz3, yz3, hx3, hy3, xx4, yy4,
+        xy4, xz4, yz4, hx4, hy4, xx5, yy5, xy5, xz5, yz5, hx5, hy5, xx6, yy6, xy6, xz6, yz6,
+        hx6, hy6, xx7, yy7, xy7, xz7, yz7, hx7, hy7, hx1, hy1, a1, a3, d3, a5, d5, up_x, up_y,
+        up_z,
+    ) = constants
+    out[56] = 0.0
+    t1 = s7 * (xx7 - yy7) + (c7 + c7) * xy7
+    t2 = s7 * t1
+    t3 = xx6 + xx7 - t2
+    t4 = c7 * xz7 - s7 * yz7
+    t5 = xy6 - t4
+    t6 = s6 * (t3 - yy6) + (c6 + c6) * t5
+    t7 = s6 * t6
+    t8 = c7 * hx7 - s7 * hy7
+    t9 = hx6 + t8
+    t10 = c6 * t9 - s6 * hy6
+    t11 = a5 * t10
+    t12 = xx5 + t11 + t3 - t7 + t11
+    t2 = yy5 + yy7 + t2
+    t1 = xz6 - (xy7 - c7 * t1)
+    t13 = s7 * xz7 + c7 * yz7
+    out[41] = out[47] = -t13
+    t14 = yz6 - t13
+    t15 = c6 * t1 - s6 * t14
+    t16 = s7 * hx7 + c7 * hy7
+    t17 = xy5 + t15 + a5 * t16
+    t18 = s5 * (t12 - t2) + (c5 + c5) * t17
+    t19 = s5 * t18
+    t20 = xx4 + t12 - t19
+    t21 = s6 * t9 + c6 * hy6
+    t22 = d5 * t21
+    t7 = yy4 - (t22 - (yy6 + t7 - t22))
+    t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t21
+    t14 = s6 * t1 + c6 * t14
+    out[33] = out[39] = t14
+    t1 = yz5 + t16 * d5 - t14
+    t5 = c5 * t6 - s5 * t1
+    t23 = xy4 - t5
+    t24 = s4 * (t20 - t7) + (c4 + c4) * t23
+    t25 = s4 * t24
+    t26 = t10 + hx5
+    t27 = t16 + hy5
+    t28 = c5 * t26 - s5 * t27
+    t29 = hx4 + t28
+    t30 = t21 + hy4
+    t31 = c4 * t29 - s4 * t30
+    t32 = a3 * t31
+    t33 = xx3 + t32 + t20 - t25 + t32
+    t19 = yy3 + t2 + t19
+    t18 = xz4 - (t17 - c5 * t18)
+    t1 = s5 * t6 + c5 * t1
+    out[25] = out[31] = -t1
+    t6 = yz4 - t1
+    t17 = c4 * t18 - s4 * t6
+    t34 = s5 * t26 + c5 * t27
+    t35 = xy3 + t17 + a3 * t34
+    t36 = s3 * (t33 - t19) + (c3 + c3) * t35
+    t37 = s3 * t36
+    t38 = xx2 + t33 - t37
+    t39 = s4 * t29 + c4 * t30
+    t40 = d3 * t39
+    t25 = yy2 - (t40 - (t7 + t25 - t40))
+    t24 = xz3 + t31 * d3 + t23 - c4 * t24 - a3 * t39
+    t6 = s4 * t18 + c4 * t6
+    out[17] = out[23] = t6
+    t18 = yz3 + t34 * d3 - t6
+    t23 = c3 * t24 - s3 * t18
+    t31 = t31 + hx3
+    t41 = t34 + hy3
+    t42 = c3 * t31 - s3 * t41
+    t43 = hx2 + t42
+    t44 = t39 + hy2
+    t45 = a1 * (s2 * t43 + c2 * t44)
+    out[0] = izz1 - (t45 - (t38 - c2 * (c2 * (t38 - t25) - (s2 + s2) * (xy2 - t23)) - t45)) + t19 + t37
+    t18 = s3 * t24 + c3 * t18
+    out[9] = out[15] = -t18
+    t18 = c2 * (xz2 - (t35 - c3 * t36)) - s2 * (yz2 - t18)
+    out[1] = out[7] = t18
+    t19 = t33 + t19
+    out[16] = t19
+    t19 = a1 * t42 + c2 * t23 - s2 * t19
+    out[2] = out[14] = t19
+    t7 = t20 + t7
+    out[24] = t7
+    t7 = t7 + t32 - t40
+    t6 = c2 * (c3 * t17 + s3 * t7) - s2 * t6 - a1 * (s3 * t39)
+    out[3] = out[21] = t6
+    t6 = c4 * t34
+    t2 = t12 + t2
+    out[32] = t2
+    t12 = c4 * t5 - s4 * t2 + t28 * d3
+    t34 = t1 + d3 * t6 + a3 * (s4 * t34)
+    t2 = a3 * t28 + s4 * t5 + c4 * t2
+    out[18] = out[30] = t2
+    t2 = a1 * (t28 * c3 - s3 * t6) + c2 * (c3 * t12 - s3 * t34) - s2 * t2
+    out[4] = out[28] = t2
+    t3 = t3 + yy6
+    out[40] = t3
+    t3 = t3 + t11 - t22
+    t22 = c5 * t15 + s5 * t3
+    t11 = s5 * t21
+    t2 = c4 * t22 - s4 * t14 - d3 * t11
+    t3 = s5 * t15 - c5 * t3
+    out[26] = out[38] = -t3
+    t21 = c5 * t21
+    t15 = c4 * t21 + t10 * s4
+    t21 = t3 - (a3 * (t10 * c4 - s4 * t21) - d3 * t15)
+    t22 = s4 * t22 + c4 * t14 - a3 * t11
+    out[19] = out[37] = t22
+    t22 = c2 * (c3 * t2 - s3 * t21) - s2 * t22 - a1 * (s3 * t15 + c3 * t11)
+    out[5] = out[35] = t22
+    t22 = s6 * t16
+    t16 = c6 * t16
+    t15 = c5 * t16 + t8 * s5
+    t11 = s4 * t22 - c4 * t15
+    t14 = t8 * c5 - s5 * t16
+    t3 = xx7 + yy7
+    out[48] = t3
+    t10 = c6 * t4 - s6 * t3 + t8 * d5
+    t16 = t13 + d5 * t16 + a5 * t22
+    t13 = c5 * t10 - s5 * t16
+    t3 = a5 * t8 + s6 * t4 + c6 * t3
+    out[34] = out[46] = t3
+    t8 = c4 * t13 - s4 * t3 + d3 * t14
+    t16 = s5 * t10 + c5 * t16
+    out[27] = out[45] = -t16
+    t16 = t16 - (d3 * t11 - a3 * (s4 * t15 + c4 * t22))
+    t3 = a3 * t14 + s4 * t13 + c4 * t3
+    out[20] = out[44] = t3
+    t3 = a1 * (s3 * t11 + c3 * t14) + c2 * (c3 * t8 - s3 * t16) - s2 * t3
+    out[6] = out[42] = t3
+    out[8] = t38 + t25
+    t7 = c3 * t7 - s3 * t17
+    out[10] = out[22] = t7
+    t34 = s3 * t12 + c3 * t34
+    out[11] = out[29] = -t34
+    t21 = s3 * t2 + c3 * t21
+    out[12] = out[36] = -t21
+    t16 = s3 * t8 + c3 * t16
+    out[13] = out[43] = -t16
+    t16 = s2 * v1
+    t8 = t16 * v2
+    t21 = t8 + t8
+    t2 = c2 * v1
+    t34 = v2 * t2
+    t12 = t34 + t34
+    t7 = s3 * v2 - c3 * t2
+    t17 = c3 * v2 + s3 * t2
+    t25 = t7 * t17
+    t38 = t34 + t25
+    t3 = t17 * t17
+    t14 = t16 - v3
+    t11 = t14 * t14
+    t13 = t3 + t11
+    t15 = s3 * t8 + t7 * v3
+    t22 = c4 * t7 + s4 * t14
+    t10 = c4 * t14 - s4 * t7
+    t4 = t22 * t10
+    t6 = t15 + t4
+    t28 = t10 * t10
+    t5 = t17 + v4
+    t1 = t5 * t5
+    t39 = c5 * t22 + s5 * t5
+    t40 = c5 * t5 - s5 * t22
+    t32 = t39 * t40
+    t8 = c3 * t8 + t17 * v3
+    t20 = c4 * t34 - s4 * t8 - t22 * v4
+    t19 = t32 + t20
+    t42 = t40 * t40
+    t23 = t10 - v5
+    t33 = t23 * t23
+    t18 = t42 + t33
+    t36 = c4 * t8 + s4 * t34 + t10 * v4
+    t35 = c5 * t15 + s5 * t36 + t39 * v5
+    t24 = c6 * t39 + s6 * t23
+    t45 = c6 * t23 - s6 * t39
+    t37 = t24 * t45
+    t46 = t35 + t37
+    t47 = t45 * t45
+    t48 = t40 + v6
+    t49 = t48 * t48
+    t50 = c7 * t24 + s7 * t48
+    t51 = c7 * t48 - s7 * t24
+    t52 = t50 * t51
+    t53 = c5 * t36 - s5 * t15 + t40 * v5
+    t54 = c6 * t20 - s6 * t53 - t24 * v6
+    t55 = t52 + t54
+    t56 = t51 * t51
+    t57 = t45 - v7
+    t58 = t57 * t57
+    t59 = hy7 * t55 - hx7 * (t56 + t58)
+    t52 = t52 - t54
+    t60 = t50 * t50
+    t61 = hx7 * t52 - hy7 * (t58 + t60)
+    t62 = hy6 * t46 - hx6 * (t47 + t49) + c7 * t59 - s7 * t61
+    t37 = t35 - t37
+    t63 = t24 * t24
+    t64 = t50 * t57
+    t65 = c6 * t53 + s6 * t20 + t45 * v6
+    t50 = c7 * t35 + s7 * t65 + t50 * v7
+    t66 = t64 - t50
+    t57 = t51 * t57
+    t51 = c7 * t65 - s7 * t35 + t51 * v7
+    t67 = t57 - t51
+    t68 = hx6 * t37 + hy6 * (t49 + t63) - (hx7 * t66 + hy7 * t67)
+    t69 = c6 * t62 + s6 * t68
+    t70 = hy5 * t19 - hx5 * t18 + t69
+    t32 = t32 - t20
+    t71 = t39 * t39
+    t24 = t24 * t48
+    t72 = t54 - t24
+    t48 = t45 * t48
+    t45 = t65 + t48
+    t61 = hx6 * t72 - hy6 * t45 - (s7 * t59 + c7 * t61)
+    t59 = hx5 * t32 - hy5 * (t33 + t71) - t61
+    t73 = hy4 * t6 - hx4 * (t28 + t1) + c5 * t70 - s5 * t59
+    t4 = t15 - t4
+    t74 = t22 * t22
+    t39 = t39 * t23
+    t75 = t35 - t39
+    t23 = t40 * t23
+    t40 = t53 - t23
+    t68 = s6 * t62 - c6 * t68
+    t62 = hx4 * t4 + hy4 * (t1 + t74) + hx5 * t75 + hy5 * t40 - t68
+    t76 = c4 * t73 + s4 * t62
+    t25 = t34 - t25
+    t34 = t7 * t7
+    t22 = t22 * t5
+    t77 = t20 - t22
+    t5 = t10 * t5
+    t10 = t36 + t5
+    t59 = hx4 * t77 - hy4 * t10 - (s5 * t70 + c5 * t59)
+    t70 = s3 * (hy3 * t38 - hx3 * t13 + t76) - c3 * (hx3 * t25 + hy3 * (t11 + t34) + t59)
+    t78 = t16 * t2
+    t79 = v2 * v2
+    t16 = t16 * t16
+    t7 = t7 * t14
+    t80 = t15 - t7
+    t14 = t17 * t14
+    t17 = t8 - t14
+    t81 = a1 * (v1 * v1)
+    t82 = c2 * t81
+    t83 = xy3 * t80 + xz3 * t25 + yy3 * t17 - yz3 * (t3 - t11) - hy3 * t82
+    t14 = t8 + t14
+    t81 = s2 * t81
+    t8 = s3 * t81
+    t84 = a3 * t25 + d3 * t14 + t8
+    t85 = t82 - (a3 * t80 - d3 * (t3 + t34))
+    t86 = c3 * t81
+    t7 = t15 + t7
+    t13 = t86 - (d3 * t7 + a3 * t13)
+    t15 = c4 * t85 - s4 * t13
+    t87 = xy5 * t75 - xz5 * t32 + yy5 * t40 - yz5 * (t42 - t33) - hy5 * t15
+    t13 = c4 * t13 + s4 * t85
+    t85 = c5 * t84 + s5 * t13
+    t23 = t53 + t23
+    t53 = t85 - (a5 * t32 - d5 * t23)
+    t88 = t15 - (a5 * t75 - d5 * (t42 + t71))
+    t89 = c5 * t13 - s5 * t84
+    t39 = t35 + t39
+    t18 = t89 - (d5 * t39 + a5 * t18)
+    t35 = c6 * t88 - s6 * t18
+    t90 = xy7 * t66 + xz7 * t52 + yy7 * t67 + yz7 * (t56 - t58) + hy7 * t35
+    t67 = yz7 * t55 + xy7 * t67 + xx7 * t66 - xz7 * (t58 - t60) + hx7 * t35
+    t66 = xy6 * t72 - xz6 * t37 - yy6 * t45 + yz6 * (t47 - t49) + hy6 * t53 + c7 * t90 + s7 * t67
+    t51 = xz7 * (t57 + t51) - yz7 * (t64 + t50) - xx7 * t52 + yy7 * t55 - xy7 * (t56 - t60)
+    t18 = c6 * t18 + s6 * t88
+    t51 = t51 + hx7 * (c7 * t53 + s7 * t18) + hy7 * (c7 * t18 - s7 * t53)
+    out[55] = -t51
+    t51 = yz6 * t46 - xy6 * t45 + xx6 * t72 - xz6 * (t49 - t63) + hx6 * t53 + t51
+    t87 = t87 - (c6 * t66 + s6 * t51 - d5 * t61)
+    t48 = xy6 * (t47 - t63) - (xz6 * (t65 - t48) + yz6 * (t54 + t24) + xx6 * t37 + yy6 * t46)
+    t48 = t48 + hx6 * t35 - hy6 * t18 - (s7 * t90 - c7 * t67)
+    out[54] = t48
+    t48 = yz5 * t19 - xy5 * t40 - xx5 * t75 - xz5 * (t33 - t71) + hx5 * t15 + t48 + d5 * t69 + a5 * t68
+    t68 = xy4 * t77 - xz4 * t4 - yy4 * t10 + yz4 * (t28 - t1) + hy4 * t84 - (c5 * t87 - s5 * t48)
+    t39 = xz5 * t23 - yz5 * t39 - xx5 * t32 + yy5 * t19 - xy5 * (t42 - t71) + hx5 * t85 + hy5 * t89
+    t39 = t39 + a5 * t61 - (s6 * t66 - c6 * t51)
+    out[53] = -t39
+    t39 = yz4 * t6 - xy4 * t10 + xx4 * t77 - xz4 * (t1 - t74) + hx4 * t84 + t39
+    t83 = t83 - (c4 * t68 + s4 * t39 - d3 * t59)
+    t17 = yz3 * t38 - xy3 * t17 - xx3 * t80 - xz3 * (t11 - t34) + hx3 * t82
+    t5 = xy4 * (t28 - t74) - (xz4 * (t36 - t5) + yz4 * (t20 + t22) + xx4 * t4 + yy4 * t6)
+    t5 = t5 + hx4 * t15 - hy4 * t13 + s5 * t87 + c5 * t48
+    out[52] = t5
+    t5 = t17 + t5 + d3 * t76 + a3 * (s4 * t73 - c4 * t62)
+    t17 = c2 * (xz2 * t78 - xy2 * t12 + yy2 * t21 + yz2 * (t79 - t16) + c3 * t83 - s3 * t5)
+    t2 = t2 * t2
+    t7 = xz3 * t14 - yz3 * t7 + xx3 * t25 + yy3 * t38 - xy3 * (t3 - t34) + hx3 * t8 + hy3 * t86
+    t7 = t7 + a3 * t59 - (s4 * t68 - c4 * t39)
+    out[51] = -t7
+    t7 = t17 - s2 * (xx2 * t12 - (yz2 * t78 + xy2 * t21) - xz2 * (t79 - t2) + t7)
+    out[49] = a1 * (hy2 * t21 - hx2 * t12 + t70) - t7
+    out[50] = yy2 * t78 - xx2 * t78 + xy2 * (t16 - t2) + hx2 * t82 - hy2 * t81 + s3 * t83 + c3 * t5
+    t2 = s2 * up_z
+    t5 = c2 * up_z
+    out[57] = t43 * t2 + t44 * t5
+    t44 = s3 * t5
+    t5 = c3 * t5
+    out[58] = t31 * t44 + t41 * t5
+    t41 = c4 * t2 + s4 * t5
+    t5 = s4 * t2 - c4 * t5
+    out[59] = t29 * t41 - t30 * t5
+    t30 = c5 * t44 - s5 * t5
+    t5 = c5 * t5 + s5 * t44
+    out[60] = t26 * t30 - t27 * t5
+    t27 = c6 * t5 + s6 * t41
+    out[61] = t9 * (c6 * t41 - s6 * t5) - hy6 * t27
+    out[62] = hx7 * (c7 * t30 - s7 * t27) - hy7 * (c7 * t27 + s7 * t30)
+
+
+def torque_terms_upright_row(q, qd, constants, out):
+    """Compute torque_terms_upright for arrays of one state."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    s1, c1 = sin(q[0]), cos(q[0])
+    s2, c2 = sin(q[1]), cos(q[1])
+    s3, c3 = sin(q[2]), cos(q[2])
+    s4, c4 = sin(q[3]), cos(q[3])
+    s5, c5 = sin(q[4]), cos(q[4])
+    s6, c6 = sin(q[5]), cos(q[5])
+    s7, c7 = sin(q[6]), cos(q[6])
+    torque_terms_upright(
+        (s1, s2, s3, s4, s5, s6, s7),
+        (c1, c2, c3, c4, c5, c6, c7),
+        (qd[0], qd[1], qd[2], qd[3], qd[4], qd[5], qd[6]),
+        numbers, out)
+
+
+def torque_terms_upright_rows(sin_q, cos_q, qd, constants, out):
+    """Compute torque_terms_upright for arrays of many states."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    for i in range(len(out)):
+        torque_terms_upright(
+            (sin_q[i, 0], sin_q[i, 1], sin_q[i, 2], sin_q[i, 3], sin_q[i, 4], sin_q[i, 5], sin_q[i, 6]),
+            (cos_q[i, 0], cos_q[i, 1], cos_q[i, 2], cos_q[i, 3], cos_q[i, 4], cos_q[i, 5], cos_q[i, 6]),
+            (qd[i, 0], qd[i, 1], qd[i, 2], qd[i, 3], qd[i, 4], qd[i, 5], qd[i, 6]),
+            numbers, out[i])
+
+
 def torque_terms(sin_q, cos_q, qd, constants, out):
     """Compute M (7, 7) [kg m^2]; Cqd (7) [N m]; G (7) [N m]: 978 operations."""
     (s1, s2, s3, s4, s5, s6, s7) = sin_q
@@ -1189,8 +1516,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = -t13
-    out[47] = -t13
+    out[41] = out[47] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -1203,8 +1529,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t7 = yy4 - (t22 - (yy6 + t7 - t22))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t21
     t14 = s6 * t1 + c6 * t14
-    out[33] = t14
-    out[39] = t14
+    out[33] = out[39] = t14
     t1 = yz5 + t16 * d5 - t14
     t5 = c5 * t6 - s5 * t1
     t23 = xy4 - t5
@@ -1221,8 +1546,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t1 = s5 * t6 + c5 * t1
-    out[25] = -t1
-    out[31] = -t1
+    out[25] = out[31] = -t1
     t6 = yz4 - t1
     t17 = c4 * t18 - s4 * t6
     t34 = s5 * t26 + c5 * t27
@@ -1235,8 +1559,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t25 = yy2 - (t40 - (t7 + t25 - t40))
     t24 = xz3 + t31 * d3 + t23 - c4 * t24 - a3 * t39
     t6 = s4 * t18 + c4 * t6
-    out[17] = t6
-    out[23] = t6
+    out[17] = out[23] = t6
     t18 = yz3 + t34 * d3 - t6
     t23 = c3 * t24 - s3 * t18
     t31 = t31 + hx3
@@ -1248,33 +1571,27 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t46 = a1 * t45
     out[0] = izz1 - (t46 - (t38 - c2 * (c2 * (t38 - t25) - (s2 + s2) * (xy2 - t23)) - t46)) + t19 + t37
     t18 = s3 * t24 + c3 * t18
-    out[9] = -t18
-    out[15] = -t18
+    out[9] = out[15] = -t18
     t18 = c2 * (xz2 - (t35 - c3 * t36)) - s2 * (yz2 - t18)
-    out[1] = t18
-    out[7] = t18
+    out[1] = out[7] = t18
     t19 = t33 + t19
     out[16] = t19
     t19 = a1 * t42 + c2 * t23 - s2 * t19
-    out[2] = t19
-    out[14] = t19
+    out[2] = out[14] = t19
     t7 = t20 + t7
     out[24] = t7
     t7 = t7 + t32 - t40
     t6 = c2 * (c3 * t17 + s3 * t7) - s2 * t6 - a1 * (s3 * t39)
-    out[3] = t6
-    out[21] = t6
+    out[3] = out[21] = t6
     t6 = c4 * t34
     t2 = t12 + t2
     out[32] = t2
     t12 = c4 * t5 - s4 * t2 + t28 * d3
     t34 = t1 + d3 * t6 + a3 * (s4 * t34)
     t2 = a3 * t28 + s4 * t5 + c4 * t2
-    out[18] = t2
-    out[30] = t2
+    out[18] = out[30] = t2
     t2 = a1 * (t28 * c3 - s3 * t6) + c2 * (c3 * t12 - s3 * t34) - s2 * t2
-    out[4] = t2
-    out[28] = t2
+    out[4] = out[28] = t2
     t3 = t3 + yy6
     out[40] = t3
     t3 = t3 + t11 - t22
@@ -1282,17 +1599,14 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t11 = s5 * t21
     t2 = c4 * t22 - s4 * t14 - d3 * t11
     t3 = s5 * t15 - c5 * t3
-    out[26] = -t3
-    out[38] = -t3
+    out[26] = out[38] = -t3
     t21 = c5 * t21
     t15 = c4 * t21 + t10 * s4
     t21 = t3 - (a3 * (t10 * c4 - s4 * t21) - d3 * t15)
     t22 = s4 * t22 + c4 * t14 - a3 * t11
-    out[19] = t22
-    out[37] = t22
+    out[19] = out[37] = t22
     t22 = c2 * (c3 * t2 - s3 * t21) - s2 * t22 - a1 * (s3 * t15 + c3 * t11)
-    out[5] = t22
-    out[35] = t22
+    out[5] = out[35] = t22
     t22 = s6 * t16
     t16 = c6 * t16
     t15 = c5 * t16 + t8 * s5
@@ -1304,32 +1618,24 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t16 = t13 + d5 * t16 + a5 * t22
     t13 = c5 * t10 - s5 * t16
     t3 = a5 * t8 + s6 * t4 + c6 * t3
-    out[34] = t3
-    out[46] = t3
+    out[34] = out[46] = t3
     t8 = c4 * t13 - s4 * t3 + d3 * t14
     t16 = s5 * t10 + c5 * t16
-    out[27] = -t16
-    out[45] = -t16
+    out[27] = out[45] = -t16
     t16 = t16 - (d3 * t11 - a3 * (s4 * t15 + c4 * t22))
     t3 = a3 * t14 + s4 * t13 + c4 * t3
-    out[20] = t3
-    out[44] = t3
+    out[20] = out[44] = t3
     t3 = a1 * (s3 * t11 + c3 * t14) + c2 * (c3 * t8 - s3 * t16) - s2 * t3
-    out[6] = t3
-    out[42] = t3
+    out[6] = out[42] = t3
     out[8] = t38 + t25
     t7 = c3 * t7 - s3 * t17
-    out[10] = t7
-    out[22] = t7
+    out[10] = out[22] = t7
     t34 = s3 * t12 + c3 * t34
-    out[11] = -t34
-    out[29] = -t34
+    out[11] = out[29] = -t34
     t21 = s3 * t2 + c3 * t21
-    out[12] = -t21
-    out[36] = -t21
+    out[12] = out[36] = -t21
     t16 = s3 * t8 + c3 * t16
-    out[13] = -t16
-    out[43] = -t16
+    out[13] = out[43] = -t16
     t16 = s2 * v1
     t8 = t16 * v2
     t21 = t8 + t8
@@ -1553,6 +1859,414 @@ def torque_terms_rows(sin_q, cos_q, qd, constants, out):
             (sin_q[i, 0], sin_q[i, 1], sin_q[i, 2], sin_q[i, 3], sin_q[i, 4], sin_q[i, 5], sin_q[i, 6]),
             (cos_q[i, 0], cos_q[i, 1], cos_q[i, 2], cos_q[i, 3], cos_q[i, 4], cos_q[i, 5], cos_q[i, 6]),
             (qd[i, 0], qd[i, 1], qd[i, 2], qd[i, 3], qd[i, 4], qd[i, 5], qd[i, 6]),
+            numbers, out[i])
+
+
+def momentum_terms(sin_q, cos_q, qd, constants, out):
+    """Compute p (7) [N m s]; Ctqd (7) [N m]; G (7) [N m]: 498 operations."""
+    (s1, s2, s3, s4, s5, s6, s7) = sin_q
+    (c1, c2, c3, c4, c5, c6, c7) = cos_q
+    (v1, v2, v3, v4, v5, v6, v7) = qd
+    (
+        izz1, xx2, yy2, xy2, xz2, yz2, hx2, hy2, xx3, yy3, xy3, xz3, yz3, hx3, hy3, xx4, yy4,
+        xy4, xz4, yz4, hx4, hy4, xx5, yy5, xy5, xz5, yz5, hx5, hy5, xx6, yy6, xy6, xz6, yz6,
+        hx6, hy6, xx7, yy7, xy7, xz7, yz7, hx7, hy7, hx1, hy1, a1, a3, d3, a5, d5, up_x, up_y,
+        up_z,
+    ) = constants
+    t1 = v1 * s2
+    out[7] = 0.0
+    t2 = v3 - t1
+    t3 = v1 * c2
+    t4 = s3 * v2 - c3 * t3
+    t5 = t2 * c4 + s4 * t4
+    t6 = c4 * t4 - t2 * s4
+    t7 = t5 + v5
+    t8 = c3 * v2 + s3 * t3
+    t9 = t8 + v4
+    t10 = t6 * c5 + s5 * t9
+    t11 = t7 * c6 + s6 * t10
+    t12 = c6 * t10 - t7 * s6
+    t13 = t11 + v7
+    t14 = t13 * hx7
+    t15 = t13 * hy7
+    t16 = t11 * hx6 + t12 * hy6 + c7 * t14 - s7 * t15
+    t17 = t7 * hx5 + t16
+    t18 = c5 * t9 - t6 * s5
+    t19 = t18 + v6
+    t20 = hy6 * t19 + c7 * t15 + t14 * s7
+    t21 = t12 * c7 + s7 * t19
+    t22 = c7 * t19 - t12 * s7
+    t23 = hx6 * t19 - (hy7 * t21 - hx7 * t22)
+    t24 = c6 * t20 + s6 * t23
+    t25 = t7 * hy5 + t24
+    t26 = t5 * hx4 + t6 * hy4 + c5 * t17 - s5 * t25
+    t27 = t2 * hx3 + t26
+    t28 = hy4 * t9 + c5 * t25 + s5 * t17
+    t29 = c6 * t23 - s6 * t20
+    t30 = hx4 * t9 - (t10 * hy5 - hx5 * t18 - t29)
+    t31 = c4 * t28 + s4 * t30
+    t32 = t2 * hy3 + t31
+    t33 = v1 * a1
+    t34 = c3 * t33
+    t35 = t34 + t2 * a3 - t4 * d3
+    t36 = t8 * a3
+    t37 = s3 * t33
+    t38 = t37 + t8 * d3
+    t39 = c4 * t36 - s4 * t38
+    t38 = c4 * t38 + s4 * t36
+    t36 = c5 * t35 - s5 * t38
+    t40 = t36 + t7 * a5 - t10 * d5
+    t41 = t39 + t18 * a5
+    t42 = c5 * t38 + s5 * t35
+    t43 = t42 + t18 * d5
+    t44 = c6 * t41 - s6 * t43
+    t45 = t21 * yy7 - (t22 * xy7 + t13 * xz7) - hy7 * t44
+    t46 = t22 * xx7 - (t13 * yz7 + t21 * xy7) + hx7 * t44
+    t47 = t11 * xy6 - t19 * xz6 + t12 * yy6 + hy6 * t40 + c7 * t45 - s7 * t46
+    t43 = c6 * t43 + s6 * t41
+    t41 = c7 * t40 - s7 * t43
+    t48 = c7 * t43 + s7 * t40
+    t13 = t13 * xx7 - (t21 * xz7 + t22 * yz7) + t13 * yy7 + hx7 * t41 - hy7 * t48
+    out[6] = t13
+    t13 = t19 * yz6 + t12 * xy6 + t11 * xx6 + hx6 * t40 + t13
+    t40 = t10 * yy5 - (t18 * xy5 + t7 * xz5) - hy5 * t39 + c6 * t47 + s6 * t13 - t16 * d5
+    t19 = t11 * yz6 - t12 * xz6 + t19 * xx6 + t19 * yy6 + hx6 * t44 - hy6 * t43 + s7 * t45 + c7 * t46
+    out[5] = t19
+    t19 = t18 * xx5 - (t7 * yz5 + t10 * xy5) + hx5 * t39 + t19 + t29 * a5 - t24 * d5
+    t29 = t5 * xy4 - t9 * xz4 + t6 * yy4 + hy4 * t35 + c5 * t40 - s5 * t19
+    t7 = t7 * xx5 - (t10 * xz5 + t18 * yz5) + t7 * yy5 + hx5 * t36 - hy5 * t42
+    t7 = t7 + t16 * a5 - (s6 * t47 - c6 * t13)
+    out[4] = t7
+    t7 = t9 * yz4 + t6 * xy4 + t5 * xx4 + hx4 * t35 + t7
+    t35 = t4 * yy3 - (t8 * xy3 + t2 * xz3) + c4 * t29 + s4 * t7 - t26 * d3
+    t9 = t5 * yz4 - t6 * xz4 + t9 * xx4 + t9 * yy4 + hx4 * t39 - hy4 * t38 + s5 * t40 + c5 * t19
+    out[3] = t9
+    t9 = t8 * xx3 - (t2 * yz3 + t4 * xy3) + t9 + a3 * (c4 * t30 - s4 * t28) - t31 * d3
+    t31 = hy2 * t33 - (t1 * xy2 + v2 * xz2 + t3 * yy2) + c3 * t35 - s3 * t9
+    t2 = t2 * xx3 - (t4 * xz3 + t8 * yz3) + t2 * yy3 + hx3 * t34 - hy3 * t37
+    t2 = t2 + t26 * a3 - (s4 * t29 - c4 * t7)
+    out[2] = t2
+    t2 = t3 * xy2 - v2 * yz2 + t1 * xx2 - hx2 * t33 - t2
+    out[0] = v1 * izz1 + a1 * (c3 * t27 - s3 * t32 - (t1 * hx2 + t3 * hy2)) - (c2 * t31 - s2 * t2)
+    out[1] = t3 * xz2 - t1 * yz2 + v2 * xx2 + v2 * yy2 + s3 * t35 + c3 * t9
+    out[8] = t1 * t31 + t3 * t2
+    out[9] = t8 * t35 - t4 * t9 - (t32 * t34 + t27 * t37)
+    out[10] = t6 * t7 - t5 * t29 - (t28 * t39 + t30 * t38)
+    out[11] = t18 * t40 - t10 * t19 - (t25 * t36 + t17 * t42)
+    out[12] = t12 * t13 - t11 * t47 - (t20 * t44 + t23 * t43)
+    out[13] = t22 * t45 - t21 * t46 - (t15 * t41 + t14 * t48)
+    t48 = c1 * up_y - s1 * up_x
+    t41 = hx6 + c7 * hx7 - s7 * hy7
+    t46 = hx5 + c6 * t41 - s6 * hy6
+    t45 = hy5 + hx7 * s7 + c7 * hy7
+    t22 = hx4 + c5 * t46 - s5 * t45
+    t21 = hy4 + s6 * t41 + c6 * hy6
+    t15 = hx3 + c4 * t22 - s4 * t21
+    t14 = hy3 + s5 * t46 + c5 * t45
+    t13 = hx2 + c3 * t15 - s3 * t14
+    t43 = hy2 + s4 * t22 + c4 * t21
+    t47 = c1 * up_x + up_y * s1
+    out[14] = t48 * (hx1 - (s2 * t13 + c2 * t43)) - t47 * (hy1 + s3 * t15 + c3 * t14)
+    t44 = s2 * up_z - c2 * t47
+    t47 = s2 * t47 + c2 * up_z
+    out[15] = t13 * t44 + t43 * t47
+    t43 = c3 * t48 + s3 * t47
+    t47 = s3 * t48 - c3 * t47
+    out[16] = t15 * t43 - t14 * t47
+    t14 = c4 * t44 - s4 * t47
+    t47 = c4 * t47 + s4 * t44
+    out[17] = t22 * t14 - t21 * t47
+    t21 = c5 * t43 - s5 * t47
+    t47 = c5 * t47 + s5 * t43
+    out[18] = t46 * t21 - t45 * t47
+    t45 = c6 * t47 + s6 * t14
+    out[19] = t41 * (c6 * t14 - s6 * t47) - hy6 * t45
+    out[20] = hx7 * (c7 * t21 - s7 * t45) - hy7 * (c7 * t45 + s7 * t21)
+
+
+def momentum_terms_row(q, qd, constants, out):
+    """Compute momentum_terms for arrays of one state."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    s1, c1 = sin(q[0]), cos(q[0])
+    s2, c2 = sin(q[1]), cos(q[1])
+    s3, c3 = sin(q[2]), cos(q[2])
+    s4, c4 = sin(q[3]), cos(q[3])
+    s5, c5 = sin(q[4]), cos(q[4])
+    s6, c6 = sin(q[5]), cos(q[5])
+    s7, c7 = sin(q[6]), cos(q[6])
+    momentum_terms(
+        (s1, s2, s3, s4, s5, s6, s7),
+        (c1, c2, c3, c4, c5, c6, c7),
+        (qd[0], qd[1], qd[2], qd[3], qd[4], qd[5], qd[6]),
+        numbers, out)
+
+
+def momentum_terms_rows(sin_q, cos_q, qd, constants, out):
+    """Compute momentum_terms for arrays of many states."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    for i in range(len(out)):
+        momentum_terms(
+            (sin_q[i, 0], sin_q[i, 1], sin_q[i, 2], sin_q[i, 3], sin_q[i, 4], sin_q[i, 5], sin_q[i, 6]),
+            (cos_q[i, 0], cos_q[i, 1], cos_q[i, 2], cos_q[i, 3], cos_q[i, 4], cos_q[i, 5], cos_q[i, 6]),
+            (qd[i, 0], qd[i, 1], qd[i, 2], qd[i, 3], qd[i, 4], qd[i, 5], qd[i, 6]),
+            numbers, out[i])
+
+
+def inverse_dynamics_upright(sin_q, cos_q, qd, qdd, constants, out):
+    """Compute tau (7) [N m]: 598 operations."""
+    (s1, s2, s3, s4, s5, s6, s7) = sin_q
+    (c1, c2, c3, c4, c5, c6, c7) = cos_q
+    (v1, v2, v3, v4, v5, v6, v7) = qd
+    (u1, u2, u3, u4, u5, u6, u7) = qdd
+    (
+        izz1, xx2, yy2, xy2, xz2, yz2, hx2, hy2, xx3, yy3, xy3, xz3, yz3, hx3, hy3, xx4, yy4,
+        xy4, xz4, yz4, hx4, hy4, xx5, yy5, xy5, xz5, yz5, hx5, hy5, xx6, yy6, xy6, xz6, yz6,
+        hx6, hy6, xx7, yy7, xy7, xz7, yz7, hx7, hy7, hx1, hy1, a1, a3, d3, a5, d5, up_x, up_y,
+        up_z,
+    ) = constants
+    t1 = s2 * v1
+    t2 = t1 * v2
+    t3 = t2 - u1 * c2
+    t4 = t2 + t3
+    t5 = v1 * c2
+    t6 = v2 * t5
+    t7 = u1 * s2
+    t8 = t6 + t7
+    t6 = t6 + t8
+    t9 = v2 * s3 - t5 * c3
+    t10 = v2 * c3 + t5 * s3
+    t11 = t9 * t10
+    t8 = t8 - u3
+    t12 = t11 + t8
+    t13 = t10 * t10
+    t14 = t1 - v3
+    t15 = t14 * t14
+    t16 = t13 + t15
+    t17 = t9 * c4 + t14 * s4
+    t18 = t10 + v4
+    t19 = c5 * t17 + s5 * t18
+    t20 = c5 * t18 - t17 * s5
+    t21 = t19 * t20
+    t22 = t3 * c3 + s3 * u2 + t10 * v3
+    t23 = t8 * c4 - s4 * t22 - t17 * v4
+    t24 = t23 - u5
+    t25 = t21 + t24
+    t26 = t20 * t20
+    t27 = t14 * c4 - t9 * s4
+    t28 = t27 - v5
+    t29 = t28 * t28
+    t30 = t26 + t29
+    t31 = t19 * c6 + t28 * s6
+    t32 = t20 + v6
+    t33 = c7 * t31 + s7 * t32
+    t34 = c7 * t32 - t31 * s7
+    t35 = t33 * t34
+    t36 = c4 * t22 + t8 * s4 + v4 * t27
+    t37 = c3 * u2 - t3 * s3 - t9 * v3
+    t38 = t37 + u4
+    t39 = c5 * t36 + s5 * t38 + t20 * v5
+    t40 = t24 * c6 - s6 * t39 - t31 * v6
+    t41 = t40 - u7
+    t42 = t35 + t41
+    t43 = t34 * t34
+    t44 = t28 * c6 - t19 * s6
+    t45 = t44 - v7
+    t46 = t45 * t45
+    t47 = t42 * hy7 - (t43 + t46) * hx7
+    t41 = t35 - t41
+    t35 = t33 * t33
+    t48 = hx7 * t41 - hy7 * (t46 + t35)
+    t49 = t44 * t44
+    t50 = t32 * t32
+    t51 = t31 * t44
+    t52 = c5 * t38 - s5 * t36 - t19 * v5
+    t53 = t52 + u6
+    t54 = t51 - t53
+    t55 = c7 * t47 - s7 * t48 - ((t49 + t50) * hx6 - t54 * hy6)
+    t51 = t51 + t53
+    t56 = t31 * t31
+    t57 = t33 * t45
+    t58 = c6 * t39 + t24 * s6 + v6 * t44
+    t33 = c7 * t53 - s7 * t58 - t33 * v7
+    t59 = t57 + t33
+    t45 = t34 * t45
+    t53 = c7 * t58 + s7 * t53 + t34 * v7
+    t34 = t45 - t53
+    t60 = hx6 * t51 - hy6 * (t50 + t56) + hx7 * t59 + hy7 * t34
+    t61 = c6 * t55 - s6 * t60
+    t62 = t25 * hy5 - t30 * hx5 + t61
+    t24 = t21 - t24
+    t21 = t19 * t19
+    t31 = t31 * t32
+    t63 = t40 - t31
+    t44 = t32 * t44
+    t32 = t58 + t44
+    t48 = hx6 * t63 - hy6 * t32 - (s7 * t47 + c7 * t48)
+    t47 = hx5 * t24 - hy5 * (t29 + t21) - t48
+    t64 = t27 * t27
+    t65 = t18 * t18
+    t66 = t17 * t27
+    t67 = t38 - t66
+    t68 = c5 * t62 - s5 * t47 - ((t64 + t65) * hx4 + t67 * hy4)
+    t66 = t38 + t66
+    t38 = t17 * t17
+    t19 = t19 * t28
+    t69 = t52 + t19
+    t28 = t20 * t28
+    t20 = t39 - t28
+    t60 = s6 * t55 + c6 * t60
+    t55 = hx4 * t66 - hy4 * (t65 + t38) + hx5 * t69 - hy5 * t20 + t60
+    t70 = c4 * t68 - s4 * t55
+    t8 = t11 - t8
+    t11 = t9 * t9
+    t17 = t17 * t18
+    t71 = t23 - t17
+    t27 = t18 * t27
+    t18 = t36 + t27
+    t47 = hx4 * t71 - hy4 * t18 - (s5 * t62 + c5 * t47)
+    t62 = s3 * (t12 * hy3 - t16 * hx3 + t70) + c3 * (hx3 * t8 - hy3 * (t15 + t11) - t47)
+    t72 = t1 * t5
+    t73 = u2 - t72
+    t74 = v2 * v2
+    t1 = t1 * t1
+    t75 = u1 * a1
+    t9 = t9 * t14
+    t76 = t37 + t9
+    t14 = t10 * t14
+    t10 = t22 - t14
+    t77 = a1 * (v1 * v1)
+    t78 = s2 * up_z + c2 * t77
+    t79 = t76 * xy3 + t8 * xz3 - t10 * yy3 + (t13 - t15) * yz3 + hy3 * t78
+    t77 = s2 * t77 - c2 * up_z
+    t80 = c3 * t75 - s3 * t77
+    t14 = t22 + t14
+    t22 = t80 + t8 * a3 - t14 * d3
+    t81 = t78 + t76 * a3 + d3 * (t13 + t11)
+    t82 = c3 * t77 + s3 * t75
+    t9 = t37 - t9
+    t16 = t82 + d3 * t9 - t16 * a3
+    t37 = c4 * t81 - s4 * t16
+    t83 = t69 * xy5 + t24 * xz5 - t20 * yy5 + (t26 - t29) * yz5 + hy5 * t37
+    t16 = c4 * t16 + s4 * t81
+    t81 = c5 * t22 - s5 * t16
+    t28 = t39 + t28
+    t39 = t81 + t24 * a5 - t28 * d5
+    t84 = t37 + t69 * a5 + d5 * (t26 + t21)
+    t85 = c5 * t16 + s5 * t22
+    t19 = t52 - t19
+    t30 = t85 + d5 * t19 - t30 * a5
+    t52 = c6 * t84 - s6 * t30
+    t86 = t59 * xy7 + t41 * xz7 + t34 * yy7 + (t43 - t46) * yz7 + hy7 * t52
+    t34 = t42 * yz7 + t34 * xy7 + t59 * xx7 - xz7 * (t46 - t35) + hx7 * t52
+    t59 = t63 * xy6 + t51 * xz6 - t32 * yy6 + (t49 - t50) * yz6 - hy6 * t39 + c7 * t86 + s7 * t34
+    t53 = xz7 * (t45 + t53) - yz7 * (t57 - t33) - t41 * xx7 + t42 * yy7 - xy7 * (t43 - t35)
+    t30 = c6 * t30 + s6 * t84
+    t53 = t53 - (hx7 * (c7 * t39 - s7 * t30) - hy7 * (c7 * t30 + s7 * t39))
+    out[6] = -t53
+    t53 = xz6 * (t50 - t56) - (t54 * yz6 - t32 * xy6 + t63 * xx6) + hx6 * t39 - t53
+    t83 = t83 + c6 * t59 - s6 * t53 - t48 * d5
+    t44 = t51 * xx6 - (xz6 * (t58 - t44) + yz6 * (t40 + t31)) - t54 * yy6 + xy6 * (t49 - t56)
+    t44 = t44 + hx6 * t52 - hy6 * t30 - (s7 * t86 - c7 * t34)
+    out[5] = t44
+    t44 = t25 * yz5 - t20 * xy5 + t69 * xx5 - xz5 * (t29 - t21) + hx5 * t37 + t44 + t61 * d5 + t60 * a5
+    t60 = t71 * xy4 + t66 * xz4 - t18 * yy4 + (t64 - t65) * yz4 - hy4 * t22 + c5 * t83 + s5 * t44
+    t19 = xz5 * t28 + yz5 * t19 - t24 * xx5 + t25 * yy5 - xy5 * (t26 - t21) - (hx5 * t81 - hy5 * t85)
+    t19 = t19 + t48 * a5 - (s6 * t59 + c6 * t53)
+    out[4] = -t19
+    t19 = xz4 * (t65 - t38) + t67 * yz4 + t18 * xy4 - t71 * xx4 + hx4 * t22 - t19
+    t79 = t79 + c4 * t60 - s4 * t19 - t47 * d3
+    t10 = t12 * yz3 - xy3 * t10 + t76 * xx3 - xz3 * (t15 - t11) + hx3 * t78
+    t27 = t66 * xx4 - (xz4 * (t36 - t27) + yz4 * (t23 + t17)) + t67 * yy4 + xy4 * (t64 - t38)
+    t27 = t27 + hx4 * t37 - hy4 * t16 - (s5 * t83 - c5 * t44)
+    out[3] = t27
+    t27 = t10 + t27 + t70 * d3 + a3 * (s4 * t68 + c4 * t55)
+    t10 = c2 * (t4 * yy2 - (t6 * xy2 + t73 * xz2) + (t74 - t1) * yz2 + hy2 * t75 - (c3 * t79 + s3 * t27))
+    t72 = u2 + t72
+    t5 = t5 * t5
+    t9 = xz3 * t14 + yz3 * t9 - t8 * xx3 + t12 * yy3 - xy3 * (t13 - t11) - (hx3 * t80 - hy3 * t82)
+    t9 = t9 + t47 * a3 - (s4 * t60 + c4 * t19)
+    out[2] = -t9
+    t9 = t10 - s2 * (t6 * xx2 - (yz2 * t72 + t4 * xy2) - xz2 * (t74 - t5) - hx2 * t75 + t9)
+    out[0] = u1 * izz1 + a1 * (t4 * hy2 - t6 * hx2 + t62) - t9
+    t5 = xz2 * (t2 - t3) - t7 * yz2 + t73 * xx2 + yy2 * t72 + xy2 * (t1 - t5) + hx2 * t78 - hy2 * t77
+    out[1] = t5 - (s3 * t79 - c3 * t27)
+
+
+def inverse_dynamics_upright_row(q, qd, qdd, constants, out):
+    """Compute inverse_dynamics_upright for arrays of one state."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    s1, c1 = sin(q[0]), cos(q[0])
+    s2, c2 = sin(q[1]), cos(q[1])
+    s3, c3 = sin(q[2]), cos(q[2])
+    s4, c4 = sin(q[3]), cos(q[3])
+    s5, c5 = sin(q[4]), cos(q[4])
+    s6, c6 = sin(q[5]), cos(q[5])
+    s7, c7 = sin(q[6]), cos(q[6])
+    inverse_dynamics_upright(
+        (s1, s2, s3, s4, s5, s6, s7),
+        (c1, c2, c3, c4, c5, c6, c7),
+        (qd[0], qd[1], qd[2], qd[3], qd[4], qd[5], qd[6]),
+        (qdd[0], qdd[1], qdd[2], qdd[3], qdd[4], qdd[5], qdd[6]),
+        numbers, out)
+
+
+def inverse_dynamics_upright_rows(sin_q, cos_q, qd, qdd, constants, out):
+    """Compute inverse_dynamics_upright for arrays of many states."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    for i in range(len(out)):
+        inverse_dynamics_upright(
+            (sin_q[i, 0], sin_q[i, 1], sin_q[i, 2], sin_q[i, 3], sin_q[i, 4], sin_q[i, 5], sin_q[i, 6]),
+            (cos_q[i, 0], cos_q[i, 1], cos_q[i, 2], cos_q[i, 3], cos_q[i, 4], cos_q[i, 5], cos_q[i, 6]),
+            (qd[i, 0], qd[i, 1], qd[i, 2], qd[i, 3], qd[i, 4], qd[i, 5], qd[i, 6]),
+            (qdd[i, 0], qdd[i, 1], qdd[i, 2], qdd[i, 3], qdd[i, 4], qdd[i, 5], qdd[i, 6]),
             numbers, out[i])
 
 
@@ -2180,55 +2894,7 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
         hx6, hy6, xx7, yy7, xy7, xz7, yz7, hx7, hy7, hx1, hy1, a1, a3, d3, a5, d5, up_x, up_y,
         up_z,
     ) = constants
-    out[0] = 0.0
-    out[50] = 0.0
-    out[56] = 0.0
-    out[57] = 0.0
-    out[100] = 0.0
-    out[107] = 0.0
-    out[112] = 0.0
-    out[113] = 0.0
-    out[114] = 0.0
-    out[150] = 0.0
-    out[157] = 0.0
-    out[164] = 0.0
-    out[168] = 0.0
-    out[169] = 0.0
-    out[170] = 0.0
-    out[171] = 0.0
-    out[200] = 0.0
-    out[207] = 0.0
-    out[214] = 0.0
-    out[221] = 0.0
-    out[224] = 0.0
-    out[225] = 0.0
-    out[226] = 0.0
-    out[227] = 0.0
-    out[228] = 0.0
-    out[250] = 0.0
-    out[257] = 0.0
-    out[264] = 0.0
-    out[271] = 0.0
-    out[278] = 0.0
-    out[280] = 0.0
-    out[281] = 0.0
-    out[282] = 0.0
-    out[283] = 0.0
-    out[284] = 0.0
-    out[285] = 0.0
-    out[300] = 0.0
-    out[307] = 0.0
-    out[314] = 0.0
-    out[321] = 0.0
-    out[328] = 0.0
-    out[335] = 0.0
-    out[336] = 0.0
-    out[337] = 0.0
-    out[338] = 0.0
-    out[339] = 0.0
-    out[340] = 0.0
-    out[341] = 0.0
-    out[342] = 0.0
+    out[0] = out[50] = out[56] = out[57] = out[100] = out[107] = out[112] = out[113] = out[114] = out[150] = out[157] = out[164] = out[168] = out[169] = out[170] = out[171] = out[200] = out[207] = out[214] = out[221] = out[224] = out[225] = out[226] = out[227] = out[228] = out[250] = out[257] = out[264] = out[271] = out[278] = out[280] = out[281] = out[282] = out[283] = out[284] = out[285] = out[300] = out[307] = out[314] = out[321] = out[328] = out[335] = out[336] = out[337] = out[338] = out[339] = out[340] = out[341] = out[342] = 0.0
     t1 = c7 * hx7 - s7 * hy7
     t2 = hx6 + t1
     t3 = c6 * t2 - s6 * hy6
@@ -2306,25 +2972,21 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t44 = t10 + hx3
     t51 = t6 + hy3
     t39 = t39 - a1 * (s2 * (t9 + hy2) - c2 * (hx2 + c3 * t44 - s3 * t51))
-    out[1] = -t39
-    out[7] = -t39
+    out[1] = out[7] = -t39
     out[49] = t39
     t47 = c3 * t47 - s3 * (t48 + t48)
     t39 = t48 + s3 * t47
-    out[58] = -t39
-    out[64] = -t39
+    out[58] = out[64] = -t39
     out[106] = t39
     t42 = c3 * t42 + t40 * s3
     t51 = c3 * t51 + s3 * t44
     t39 = t39 - (t39 - c2 * (c2 * t39 + s2 * t42) - a1 * (s2 * t51))
-    out[2] = t39
-    out[14] = t39
+    out[2] = out[14] = t39
     out[98] = -t39
     t33 = c4 * t33 - s4 * (t38 + t38)
     t38 = t38 + s4 * t33
     t39 = t8 + t38
-    out[115] = -t39
-    out[121] = -t39
+    out[115] = out[121] = -t39
     out[163] = t39
     t44 = c3 * t41
     t40 = s3 * t39 + t44
@@ -2338,13 +3000,11 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t45 = s3 * t19 - c3 * t33
     t9 = c3 * t9
     t52 = t52 + t53 - c2 * (c2 * (t53 - t38) + s2 * (t31 - t45)) - a1 * (s2 * t9 - c2 * t10)
-    out[3] = -t52
-    out[21] = -t52
+    out[3] = out[21] = -t52
     out[147] = t52
     t23 = c5 * t23 - s5 * (t28 + t28)
     t28 = t28 + s5 * t23
-    out[172] = -t28
-    out[178] = -t28
+    out[172] = out[178] = -t28
     out[220] = t28
     t52 = c4 * t13
     t20 = t52 - s4 * t28
@@ -2367,27 +3027,22 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t20 = c4 * t20
     t65 = t20 + d3 * t55
     t23 = s4 * t23 - c4 * t37
-    out[165] = t23
-    out[177] = t23
-    out[213] = -t23
-    out[219] = -t23
+    out[165] = out[177] = t23
+    out[213] = out[219] = -t23
     t66 = d3 * t7 - t23
     t67 = c3 * t65 + s3 * t66
     t20 = a3 * t63 + t13 - t20
     t22 = s4 * t22
-    out[123] = -t22
-    out[129] = -t22
+    out[123] = out[129] = -t22
     t68 = c3 * t20 - s3 * t22
     t55 = c3 * t55 + t7 * s3
     t61 = t62 - c2 * (c2 * (t62 + t54) + s2 * (t67 - t68)) - a1 * (s2 * t55 + c2 * t63) - (t28 - t61)
-    out[4] = -t61
-    out[28] = -t61
+    out[4] = out[28] = -t61
     out[196] = t61
     t16 = c6 * t16 - s6 * (t18 + t18)
     t18 = t18 + s6 * t16
     t61 = t35 + t18
-    out[229] = -t61
-    out[235] = -t61
+    out[229] = out[235] = -t61
     out[277] = t61
     t69 = c5 * t25
     t70 = s5 * t61 + t69
@@ -2408,16 +3063,13 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t70 = c5 * t70
     t79 = t25 - t70
     t32 = s5 * t32
-    out[180] = t32
-    out[186] = t32
+    out[180] = out[186] = t32
     t80 = c4 * t79 - s4 * t32
     t81 = s5 * t2
     t82 = t80 - a3 * t81
     t16 = s5 * t16 + c5 * t26
-    out[222] = t16
-    out[234] = t16
-    out[270] = -t16
-    out[276] = -t16
+    out[222] = out[234] = t16
+    out[270] = out[276] = -t16
     t83 = c4 * t70 + s4 * t16
     t84 = s3 * (t71 - t78) + c3 * (t82 - t83)
     t85 = s3 * t84
@@ -2426,23 +3078,19 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t88 = d3 * t87
     t74 = t18 + t74 + t88
     t79 = s4 * t79 + c4 * t32
-    out[166] = t79
-    out[184] = t79
-    out[262] = -t79
-    out[268] = -t79
+    out[166] = out[184] = t79
+    out[262] = out[268] = -t79
     t89 = t79 + d3 * t81
     t73 = c4 * t73
     t90 = t21 - t73 + d3 * t76
     t91 = s3 * t89 - c3 * t90
     t70 = c4 * t16 - s4 * t70
-    out[124] = t70
-    out[136] = t70
+    out[124] = out[136] = t70
     t73 = t15 + t73 - a3 * t87
     t92 = s3 * t70 + c3 * t73
     t76 = s3 * t81 - c3 * t76
     t85 = t86 - c2 * (c2 * (t86 - t74) - s2 * (t91 + t92)) + a1 * (s2 * t76 + c2 * t87) + t71 - t85
-    out[5] = -t85
-    out[35] = -t85
+    out[5] = out[35] = -t85
     out[245] = t85
     t85 = s6 * t5
     t93 = c6 * t5
@@ -2451,8 +3099,7 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t96 = a3 * t95
     t12 = c7 * t12 - s7 * (xy7 + xy7)
     t97 = xy7 + s7 * t12
-    out[286] = -t97
-    out[292] = -t97
+    out[286] = out[292] = -t97
     out[334] = t97
     t98 = c6 * t24
     t99 = t98 - s6 * t97
@@ -2471,16 +3118,13 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t99 = c6 * t99
     t110 = t99 + d5 * t93
     t12 = s6 * t12 - c6 * t17
-    out[279] = t12
-    out[291] = t12
-    out[327] = -t12
-    out[333] = -t12
+    out[279] = out[291] = t12
+    out[327] = out[333] = -t12
     t111 = t1 * d5 - t12
     t112 = c5 * t110 + s5 * t111
     t99 = a5 * t85 + t24 - t99
     t103 = s6 * t103
-    out[237] = -t103
-    out[243] = -t103
+    out[237] = out[243] = -t103
     t113 = c5 * t99 - s5 * t103
     t114 = d5 * t85
     t100 = t100 + t114
@@ -2491,15 +3135,12 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t107 = c5 * t107
     t106 = t106 + t107
     t99 = s5 * t99 + c5 * t103
-    out[223] = -t99
-    out[241] = -t99
-    out[319] = t99
-    out[325] = t99
+    out[223] = out[241] = -t99
+    out[319] = out[325] = t99
     t118 = c4 * t106 - s4 * t99
     t107 = t104 - t107
     t111 = c5 * t111 - s5 * t110
-    out[181] = -t111
-    out[193] = -t111
+    out[181] = out[193] = -t111
     t110 = c4 * t107 + s4 * t111
     t119 = c5 * t1 - s5 * t93
     t120 = t110 + a3 * t119
@@ -2512,114 +3153,85 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t115 = c4 * t115
     t126 = d3 * t95 - (t113 + t115)
     t107 = s4 * t107 - c4 * t111
-    out[167] = t107
-    out[191] = t107
-    out[311] = -t107
-    out[317] = -t107
+    out[167] = out[191] = t107
+    out[311] = out[317] = -t107
     t127 = d3 * t119 - t107
     t128 = c3 * t126 - s3 * t127
     t115 = a3 * t124 + t112 - t115
     t106 = s4 * t106 + c4 * t99
-    out[125] = -t106
-    out[143] = -t106
+    out[125] = out[143] = -t106
     t129 = c3 * t115 - s3 * t106
     t95 = c3 * t95 - s3 * t119
     t122 = t123 - c2 * (c2 * (t123 - t116) + s2 * (t128 + t129)) + a1 * (c2 * t124 - s2 * t95) + t108 + t122
-    out[6] = t122
-    out[42] = t122
+    out[6] = out[42] = t122
     out[294] = -t122
     out[8] = c2 * (t42 - yz2) - s2 * (xz2 - (t48 - c3 * t49))
     t47 = c3 * t47
     t46 = c2 * (t47 - t46)
-    out[9] = t46
-    out[15] = t46
+    out[9] = out[15] = t46
     t40 = c3 * t40
     t33 = s3 * t33 + c3 * t19
-    out[108] = t33
-    out[120] = t33
-    out[156] = -t33
-    out[162] = -t33
+    out[108] = out[120] = t33
+    out[156] = out[162] = -t33
     t33 = c2 * t40 + s2 * t33
-    out[10] = -t33
-    out[22] = -t33
+    out[10] = out[22] = -t33
     t60 = c3 * t60
     t20 = s3 * t20 + c3 * t22
-    out[109] = -t20
-    out[127] = -t20
-    out[205] = t20
-    out[211] = t20
+    out[109] = out[127] = -t20
+    out[205] = out[211] = t20
     t20 = s2 * t20 - c2 * (t59 + t60)
-    out[11] = t20
-    out[29] = t20
+    out[11] = out[29] = t20
     t73 = s3 * t73 - c3 * t70
-    out[110] = -t73
-    out[134] = -t73
-    out[254] = t73
-    out[260] = t73
+    out[110] = out[134] = -t73
+    out[254] = out[260] = t73
     t84 = c3 * t84
     t73 = s2 * t73 - c2 * (t82 - t84)
-    out[12] = t73
-    out[36] = t73
+    out[12] = out[36] = t73
     t121 = c3 * t121
     t115 = s3 * t115 + c3 * t106
-    out[111] = -t115
-    out[141] = -t115
-    out[303] = t115
-    out[309] = t115
+    out[111] = out[141] = -t115
+    out[303] = out[309] = t115
     t115 = s2 * t115 - c2 * (t120 - t121)
-    out[13] = t115
-    out[43] = t115
+    out[13] = out[43] = t115
     out[16] = -(c2 * t42 + a1 * t51)
     t39 = s2 * t39
     t9 = c2 * t31 - t39 + a1 * t9
-    out[17] = -t9
-    out[23] = -t9
+    out[17] = out[23] = -t9
     t57 = t28 - t57
-    out[116] = t57
-    out[128] = t57
+    out[116] = out[128] = t57
     out[212] = -t57
     t57 = s2 * t57
     t55 = c2 * t67 + t57 + a1 * t55
-    out[18] = -t55
-    out[30] = -t55
+    out[18] = out[30] = -t55
     t78 = t71 + t78
-    out[117] = -t78
-    out[135] = -t78
+    out[117] = out[135] = -t78
     out[261] = t78
     t78 = s2 * t78
     t76 = a1 * t76 + c2 * t91 + t78
-    out[19] = t76
-    out[37] = t76
+    out[19] = out[37] = t76
     t108 = t117 + t108
-    out[118] = t108
-    out[142] = t108
+    out[118] = out[142] = t108
     out[310] = -t108
     t108 = s2 * t108
     t95 = a1 * t95 + c2 * t128 - t108
-    out[20] = t95
-    out[44] = t95
+    out[20] = out[44] = t95
     t8 = t11 + t8
     out[24] = -(a1 * (t10 * s3) + c2 * (t44 + s3 * t8) + s2 * t19)
     t64 = t28 + t56 - t64
     t22 = a1 * (s3 * t63) + s2 * t22 - c2 * (c3 * t58 + s3 * t64)
-    out[25] = t22
-    out[31] = t22
+    out[25] = out[31] = t22
     t18 = t72 + t18
-    out[173] = -t18
-    out[185] = -t18
+    out[173] = out[185] = -t18
     out[269] = t18
     t88 = t18 + t77 + t88
     t70 = a1 * (s3 * t87) + c2 * (c3 * t83 + s3 * t88) + s2 * t70
-    out[26] = -t70
-    out[38] = -t70
+    out[26] = out[38] = -t70
     t100 = t109 - t100
-    out[174] = -t100
-    out[192] = -t100
+    out[174] = out[192] = -t100
     out[318] = t100
     t125 = t100 - (t96 + t125)
     t106 = a1 * (s3 * t124) - (c2 * (c3 * t118 + s3 * t125) - s2 * t106)
-    out[27] = t106
-    out[45] = t106
+    out[27] = out[45] = t106
     t106 = c4 * t7
     t52 = t4 + t52
     t37 = t37 + d3 * t106 + a3 * (t7 * s4)
@@ -2632,26 +3244,21 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t81 = t32 + d3 * t29 + a3 * (s4 * t81)
     t61 = c4 * t61
     t15 = s4 * t15 + t61 + a3 * t75
-    out[131] = -t15
-    out[137] = -t15
+    out[131] = out[137] = -t15
     t15 = a1 * (s3 * t29 - c3 * t75) - (c2 * (c3 * t6 - s3 * t81) - s2 * t15)
-    out[33] = t15
-    out[39] = t15
+    out[33] = out[39] = t15
     t15 = c4 * t119
     t102 = t97 - t102
-    out[230] = t102
-    out[242] = t102
+    out[230] = out[242] = t102
     out[326] = -t102
     t29 = s4 * t102
     t75 = c4 * t112 + t29 + d3 * t94
     t119 = t111 + d3 * t15 + a3 * (s4 * t119)
     t102 = c4 * t102
     t112 = s4 * t112 - t102 + a3 * t94
-    out[132] = -t112
-    out[144] = -t112
+    out[132] = out[144] = -t112
     t112 = a1 * (s3 * t15 + c3 * t94) + c2 * (c3 * t75 + s3 * t119) - s2 * t112
-    out[34] = -t112
-    out[46] = -t112
+    out[34] = out[46] = -t112
     t112 = c5 * t3
     t15 = c4 * t112 - s4 * t2
     t3 = t3 * s5
@@ -2671,15 +3278,12 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t101 = c5 * t104 + s5 * t114
     t15 = s4 * t103 - c4 * t101 + d3 * t85
     t114 = c5 * t114 - s5 * t104
-    out[188] = -t114
-    out[194] = -t114
+    out[188] = out[194] = -t114
     t114 = t114 - (d3 * t3 + a3 * (s4 * t69 - c4 * t93))
     t101 = s4 * t101 + c4 * t103 - a3 * t85
-    out[139] = -t101
-    out[145] = -t101
+    out[139] = out[145] = -t101
     t101 = a1 * (s3 * t3 + c3 * t85) + c2 * (c3 * t15 - s3 * t114) + s2 * t101
-    out[41] = t101
-    out[47] = t101
+    out[41] = out[47] = t101
     t101 = c6 * t1
     t85 = c5 * t101 - s5 * t5
     t1 = t1 * s6
@@ -2698,184 +3302,120 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     out[146] = -t27
     out[48] = -(a1 * (s3 * t3 + c3 * t5) + c2 * (c3 * t24 - s3 * t101) - s2 * t27)
     t47 = c2 * (t30 + t47) + t43 * s2
-    out[51] = t47
-    out[63] = t47
-    out[99] = -t47
-    out[105] = -t47
+    out[51] = out[63] = t47
+    out[99] = out[105] = -t47
     t50 = s3 * t50
-    out[66] = t50
-    out[72] = t50
+    out[66] = out[72] = t50
     t50 = s2 * t50 - c2 * (t41 - t40)
-    out[52] = -t50
-    out[70] = -t50
-    out[148] = t50
-    out[154] = t50
+    out[52] = out[70] = -t50
+    out[148] = out[154] = t50
     t66 = c3 * t66 - s3 * t65
-    out[67] = -t66
-    out[79] = -t66
+    out[67] = out[79] = -t66
     t66 = c2 * (t58 - t60) + s2 * t66
-    out[53] = t66
-    out[77] = t66
-    out[197] = -t66
-    out[203] = -t66
+    out[53] = out[77] = t66
+    out[197] = out[203] = -t66
     t90 = s3 * t90 + c3 * t89
-    out[68] = t90
-    out[86] = t90
+    out[68] = out[86] = t90
     t90 = s2 * t90 - c2 * (t83 + t84)
-    out[54] = -t90
-    out[84] = -t90
-    out[246] = t90
-    out[252] = t90
+    out[54] = out[84] = -t90
+    out[246] = out[252] = t90
     t127 = s3 * t126 + c3 * t127
-    out[69] = -t127
-    out[93] = -t127
+    out[69] = out[93] = -t127
     t127 = c2 * (t118 + t121) + s2 * t127
-    out[55] = t127
-    out[91] = t127
-    out[295] = -t127
-    out[301] = -t127
+    out[55] = out[91] = t127
+    out[295] = out[301] = -t127
     t38 = t53 + t38
-    out[59] = -t38
-    out[71] = -t38
+    out[59] = out[71] = -t38
     out[155] = t38
     t54 = t62 - t54
-    out[60] = -t54
-    out[78] = -t54
+    out[60] = out[78] = -t54
     out[204] = t54
     t74 = t86 + t74
-    out[61] = -t74
-    out[85] = -t74
+    out[61] = out[85] = -t74
     out[253] = t74
     t116 = t123 + t116
-    out[62] = t116
-    out[92] = t116
+    out[62] = out[92] = t116
     out[302] = -t116
     out[73] = s3 * t41 - c3 * t8
     t64 = s3 * t58 - c3 * t64
-    out[74] = t64
-    out[80] = t64
+    out[74] = out[80] = t64
     t88 = s3 * t83 - c3 * t88
-    out[75] = t88
-    out[87] = t88
+    out[75] = out[87] = t88
     t125 = s3 * t118 - c3 * t125
-    out[76] = t125
-    out[94] = t125
+    out[76] = out[94] = t125
     out[81] = s3 * t52 - c3 * t37
     t81 = s3 * t6 + c3 * t81
-    out[82] = t81
-    out[88] = t81
+    out[82] = out[88] = t81
     t119 = s3 * t75 - c3 * t119
-    out[83] = t119
-    out[95] = t119
+    out[83] = out[95] = t119
     out[89] = s3 * t34 + c3 * t35
     t114 = s3 * t15 + c3 * t114
-    out[90] = -t114
-    out[96] = -t114
+    out[90] = out[96] = -t114
     out[97] = s3 * t24 + c3 * t101
     t39 = t39 + c2 * t45
-    out[101] = t39
-    out[119] = t39
-    out[149] = -t39
-    out[161] = -t39
+    out[101] = out[119] = t39
+    out[149] = out[161] = -t39
     t57 = t57 - c2 * t68
-    out[102] = -t57
-    out[126] = -t57
-    out[198] = t57
-    out[210] = t57
+    out[102] = out[126] = -t57
+    out[198] = out[210] = t57
     t78 = t78 + c2 * t92
-    out[103] = t78
-    out[133] = t78
-    out[247] = -t78
-    out[259] = -t78
+    out[103] = out[133] = t78
+    out[247] = out[259] = -t78
     t108 = t108 - c2 * t129
-    out[104] = -t108
-    out[140] = -t108
-    out[296] = t108
-    out[308] = t108
+    out[104] = out[140] = -t108
+    out[296] = out[308] = t108
     t23 = c2 * (s3 * t28 - c3 * t14) + s2 * t23
-    out[151] = -t23
-    out[175] = -t23
-    out[199] = t23
-    out[217] = t23
+    out[151] = out[175] = -t23
+    out[199] = out[217] = t23
     t79 = c2 * (c3 * t80 - s3 * t18) - s2 * t79
-    out[152] = t79
-    out[182] = t79
-    out[248] = -t79
-    out[266] = -t79
+    out[152] = out[182] = t79
+    out[248] = out[266] = -t79
     t107 = c2 * (c3 * t110 - s3 * t100) - s2 * t107
-    out[153] = t107
-    out[189] = t107
-    out[297] = -t107
-    out[315] = -t107
+    out[153] = out[189] = t107
+    out[297] = out[315] = -t107
     t14 = s3 * t14 + c3 * t28
-    out[158] = -t14
-    out[176] = -t14
-    out[206] = t14
-    out[218] = t14
+    out[158] = out[176] = -t14
+    out[206] = out[218] = t14
     t18 = s3 * t80 + c3 * t18
-    out[159] = -t18
-    out[183] = -t18
-    out[255] = t18
-    out[267] = t18
+    out[159] = out[183] = -t18
+    out[255] = out[267] = t18
     t100 = c3 * t100 + s3 * t110
-    out[160] = -t100
-    out[190] = -t100
-    out[304] = t100
-    out[316] = t100
+    out[160] = out[190] = -t100
+    out[304] = out[316] = t100
     t106 = t106 + c4 * t21
     t61 = t61 - s4 * t21
-    out[215] = -t61
-    out[233] = -t61
-    out[263] = t61
-    out[275] = t61
+    out[215] = out[233] = -t61
+    out[263] = out[275] = t61
     t61 = c2 * (c3 * t106 + s3 * t16) + s2 * t61
-    out[201] = t61
-    out[231] = t61
-    out[249] = -t61
-    out[273] = -t61
+    out[201] = out[231] = t61
+    out[249] = out[273] = -t61
     t29 = t29 - c4 * t113
     t102 = t102 + s4 * t113
-    out[216] = t102
-    out[240] = t102
-    out[312] = -t102
-    out[324] = -t102
+    out[216] = out[240] = t102
+    out[312] = out[324] = -t102
     t102 = c2 * (c3 * t29 + s3 * t99) + s2 * t102
-    out[202] = -t102
-    out[238] = -t102
-    out[298] = t102
-    out[322] = t102
+    out[202] = out[238] = -t102
+    out[298] = out[322] = t102
     t106 = s3 * t106 - c3 * t16
-    out[208] = -t106
-    out[232] = -t106
-    out[256] = t106
-    out[274] = t106
+    out[208] = out[232] = -t106
+    out[256] = out[274] = t106
     t29 = s3 * t29 - c3 * t99
-    out[209] = t29
-    out[239] = t29
-    out[305] = -t29
-    out[323] = -t29
+    out[209] = out[239] = t29
+    out[305] = out[323] = -t29
     t29 = s5 * t97 - c5 * t105
     t99 = c4 * t29 + s4 * t12
     t105 = s5 * t105 + c5 * t97
-    out[272] = -t105
-    out[290] = -t105
-    out[320] = t105
-    out[332] = t105
+    out[272] = out[290] = -t105
+    out[320] = out[332] = t105
     t29 = s4 * t29 - c4 * t12
-    out[265] = -t29
-    out[289] = -t29
-    out[313] = t29
-    out[331] = t29
+    out[265] = out[289] = -t29
+    out[313] = out[331] = t29
     t29 = c2 * (c3 * t99 + s3 * t105) - s2 * t29
-    out[251] = -t29
-    out[287] = -t29
-    out[299] = t29
-    out[329] = t29
+    out[251] = out[287] = -t29
+    out[299] = out[329] = t29
     t105 = s3 * t99 - c3 * t105
-    out[258] = t105
-    out[288] = t105
-    out[306] = -t105
-    out[330] = -t105
+    out[258] = out[288] = t105
+    out[306] = out[330] = -t105
 
 
 def christoffel_symbols_row(q, constants, out):
@@ -2945,131 +3485,8 @@ def regressor(sin_q, cos_q, qd, qdd, constants, out):
     t2 = t1 * v2
     t3 = u1 * s2
     out[50] = -t3
-    out[45] = 0.0
-    out[88] = 0.0
-    out[89] = 0.0
-    out[90] = 0.0
-    out[91] = 0.0
-    out[92] = 0.0
-    out[93] = 0.0
-    out[94] = 0.0
-    out[95] = 0.0
-    out[96] = 0.0
-    out[97] = 0.0
-    out[133] = 0.0
-    out[134] = 0.0
-    out[135] = 0.0
-    out[136] = 0.0
-    out[137] = 0.0
-    out[138] = 0.0
-    out[139] = 0.0
-    out[140] = 0.0
-    out[141] = 0.0
-    out[142] = 0.0
-    out[143] = 0.0
-    out[144] = 0.0
-    out[145] = 0.0
-    out[146] = 0.0
-    out[147] = 0.0
-    out[148] = 0.0
-    out[149] = 0.0
-    out[178] = 0.0
-    out[179] = 0.0
-    out[180] = 0.0
-    out[181] = 0.0
-    out[182] = 0.0
-    out[183] = 0.0
-    out[184] = 0.0
-    out[185] = 0.0
-    out[186] = 0.0
-    out[187] = 0.0
-    out[188] = 0.0
-    out[189] = 0.0
-    out[190] = 0.0
-    out[191] = 0.0
-    out[192] = 0.0
-    out[193] = 0.0
-    out[194] = 0.0
-    out[195] = 0.0
-    out[196] = 0.0
-    out[197] = 0.0
-    out[198] = 0.0
-    out[199] = 0.0
-    out[200] = 0.0
-    out[201] = 0.0
-    out[223] = 0.0
-    out[224] = 0.0
-    out[225] = 0.0
-    out[226] = 0.0
-    out[227] = 0.0
-    out[228] = 0.0
-    out[229] = 0.0
-    out[230] = 0.0
-    out[231] = 0.0
-    out[232] = 0.0
-    out[233] = 0.0
-    out[234] = 0.0
-    out[235] = 0.0
-    out[236] = 0.0
-    out[237] = 0.0
-    out[238] = 0.0
-    out[239] = 0.0
-    out[240] = 0.0
-    out[241] = 0.0
-    out[242] = 0.0
-    out[243] = 0.0
-    out[244] = 0.0
-    out[245] = 0.0
-    out[246] = 0.0
-    out[247] = 0.0
-    out[248] = 0.0
-    out[249] = 0.0
-    out[250] = 0.0
-    out[251] = 0.0
-    out[252] = 0.0
-    out[253] = 0.0
-    out[268] = 0.0
-    out[269] = 0.0
-    out[270] = 0.0
-    out[271] = 0.0
-    out[272] = 0.0
-    out[273] = 0.0
-    out[274] = 0.0
-    out[275] = 0.0
-    out[276] = 0.0
-    out[277] = 0.0
-    out[278] = 0.0
-    out[279] = 0.0
-    out[280] = 0.0
-    out[281] = 0.0
-    out[282] = 0.0
-    out[283] = 0.0
-    out[284] = 0.0
-    out[285] = 0.0
-    out[286] = 0.0
-    out[287] = 0.0
-    out[288] = 0.0
-    out[289] = 0.0
-    out[290] = 0.0
-    out[291] = 0.0
-    out[292] = 0.0
-    out[293] = 0.0
-    out[294] = 0.0
-    out[295] = 0.0
-    out[296] = 0.0
-    out[297] = 0.0
-    out[298] = 0.0
-    out[299] = 0.0
-    out[300] = 0.0
-    out[301] = 0.0
-    out[302] = 0.0
-    out[303] = 0.0
-    out[304] = 0.0
-    out[305] = 0.0
-    out[313] = 0.0
-    out[314] = 0.0
-    t3 = t2 + t3
-    t2 = t2 + t3
+    out[45] = out[88] = out[89] = out[90] = out[91] = out[92] = out[93] = out[94] = out[95] = out[96] = out[97] = out[133] = out[134] = out[135] = out[136] = out[137] = out[138] = out[139] = out[140] = out[141] = out[142] = out[143] = out[144] = out[145] = out[146] = out[147] = out[148] = out[149] = out[178] = out[179] = out[180] = out[181] = out[182] = out[183] = out[184] = out[185] = out[186] = out[187] = out[188] = out[189] = out[190] = out[191] = out[192] = out[193] = out[194] = out[195] = out[196] = out[197] = out[198] = out[199] = out[200] = out[201] = out[223] = out[224] = out[225] = out[226] = out[227] = out[228] = out[229] = out[230] = out[231] = out[232] = out[233] = out[234] = out[235] = out[236] = out[237] = out[238] = out[239] = out[240] = out[241] = out[242] = out[243] = out[244] = out[245] = out[246] = out[247] = out[248] = out[249] = out[250] = out[251] = out[252] = out[253] = out[268] = out[269] = out[270] = out[271] = out[272] = out[273] = out[274] = out[275] = out[276] = out[277] = out[278] = out[279] = out[280] = out[281] = out[282] = out[283] = out[284] = out[285] = out[286] = out[287] = out[288] = out[289] = out[290] = out[291] = out[292] = out[293] = out[294] = out[295] = out[296] = out[297] = out[298] = out[299] = out[300] = out[301] = out[302] = out[303] = out[304] = out[305] = out[313] = out[314] = 0.0
+    t3 = t2 = t2 + t3
     out[1] = s2 * t2
     t4 = s2 * v1
     t5 = v2 * t4

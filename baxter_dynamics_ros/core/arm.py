@@ -1,5 +1,7 @@
 """BaxterArm: the closed-form dynamics of one Baxter arm, for people to use."""
 
+from math import isfinite
+
 import numpy as np
 
 from . import paper_tables
@@ -14,6 +16,8 @@ from .parameters import Payload
 from .validation import finite
 from .validation import finite_batch
 
+_STATE = (N_JOINTS,)
+_FLOAT = np.dtype(float)
 _BLOCK = 4096  # states computed at a time, by what does not make its own blocks
 
 
@@ -79,7 +83,7 @@ class BaxterArm:
 
     def mass_matrix(self, q) -> np.ndarray:
         """Return M(q), (..., 7, 7) [kg m^2]: symmetric, positive definite. Eq. (6)."""
-        return _rowwise(self.dynamics.mass_matrix, _joints('q', q))
+        return _apply(self.dynamics.mass_matrix, q=q)
 
     def coriolis_matrix(self, q, qd) -> np.ndarray:
         """
@@ -87,15 +91,15 @@ class BaxterArm:
 
         Built from the Christoffel symbols of M, so that dM/dt - 2 C is skew-symmetric.
         """
-        return _rowwise(self.dynamics.coriolis_matrix, *_broadcast(q=q, qd=qd))
+        return _apply(self.dynamics.coriolis_matrix, q=q, qd=qd)
 
     def coriolis_torque(self, q, qd) -> np.ndarray:
         """Return C(q, qd) qd, (..., 7) [N m], cheaper than by the matrix."""
-        return _rowwise(self.dynamics.coriolis_torque, *_broadcast(q=q, qd=qd))
+        return _apply(self.dynamics.coriolis_torque, q=q, qd=qd)
 
     def gravity(self, q) -> np.ndarray:
         """Return G(q), (..., 7) [N m]: the torques that hold the arm still. Eq. (8)."""
-        return _rowwise(self.dynamics.gravity, _joints('q', q))
+        return _apply(self.dynamics.gravity, q=q)
 
     def terms(self, q, qd) -> tuple:
         """
@@ -107,7 +111,7 @@ class BaxterArm:
             Shapes (..., 7, 7), (..., 7, 7) and (..., 7).
 
         """
-        return _rowwise(self.dynamics.terms, *_broadcast(q=q, qd=qd))
+        return _apply(self.dynamics.terms, q=q, qd=qd)
 
     def torque_terms(self, q, qd) -> tuple:
         """
@@ -119,15 +123,29 @@ class BaxterArm:
             Shapes (..., 7, 7), (..., 7) and (..., 7).
 
         """
-        return _rowwise(self.dynamics.torque_terms, *_broadcast(q=q, qd=qd))
+        return _apply(self.dynamics.torque_terms, q=q, qd=qd)
+
+    def momentum_terms(self, q, qd) -> tuple:
+        """
+        Return p = M(q) qd, C(q, qd)^T qd and G(q) together, without forming M or C.
+
+        They obey dp/dt = tau + C^T qd - G: what a momentum observer needs, which knows no qdd.
+
+        Returns
+        -------
+        tuple of ndarray
+            The generalised momentum [N m s] and two torques [N m], each (..., 7).
+
+        """
+        return _apply(self.dynamics.momentum_terms, q=q, qd=qd)
 
     def inverse_dynamics(self, q, qd, qdd) -> np.ndarray:
         """Return tau = M(q) qdd + C(q, qd) qd + G(q), (..., 7) [N m]. Eq. (5)."""
-        return _rowwise(self.dynamics.inverse_dynamics, *_broadcast(q=q, qd=qd, qdd=qdd))
+        return _apply(self.dynamics.inverse_dynamics, q=q, qd=qd, qdd=qdd)
 
     def forward_dynamics(self, q, qd, tau) -> np.ndarray:
         """Return qdd = M(q)^-1 (tau - C(q, qd) qd - G(q)), (..., 7) [rad/s^2]."""
-        return _rowwise(self.dynamics.forward_dynamics, *_broadcast(q=q, qd=qd, tau=tau))
+        return _apply(self.dynamics.forward_dynamics, q=q, qd=qd, tau=tau)
 
     def inverse_dynamics_gradient(self, q, qd, qdd) -> tuple:
         """
@@ -139,16 +157,15 @@ class BaxterArm:
             d tau/dq [N m/rad] and d tau/dqd [N m s/rad], each (..., 7, 7); row i is tau_i.
 
         """
-        return _rowwise(self.dynamics.inverse_dynamics_gradient,
-                        *_broadcast(q=q, qd=qd, qdd=qdd))
+        return _apply(self.dynamics.inverse_dynamics_gradient, q=q, qd=qd, qdd=qdd)
 
     def christoffel_symbols(self, q) -> np.ndarray:
         """Return h_ikm of eq. (7), (..., 7, 7, 7) [kg m^2]: C_ik = sum over m of h_ikm qd_m."""
-        return _rowwise(self.dynamics.christoffel_symbols, _joints('q', q))
+        return _apply(self.dynamics.christoffel_symbols, q=q)
 
     def regressor(self, q, qd, qdd) -> np.ndarray:
         """Return Y, (..., 7, 43) or (..., 7, 45): tau = Y phi, phi the ``base_parameters``."""
-        return _rowwise(self.dynamics.regressor, *_broadcast(q=q, qd=qd, qdd=qdd))
+        return _apply(self.dynamics.regressor, q=q, qd=qd, qdd=qdd)
 
     def forward_kinematics(self, q) -> np.ndarray:
         """Return the pose of the hand in the base frame, (..., 4, 4), translation in m."""
@@ -187,21 +204,16 @@ def _joints(name: str, value) -> np.ndarray:
     return finite_batch(name, value, N_JOINTS)
 
 
-def _broadcast(**arguments) -> list:
-    """Validate the named arguments and broadcast their leading axes."""
-    arrays = [_joints(name, value) for name, value in arguments.items()]
-    if all(array.ndim == 1 for array in arrays):
-        return arrays
-    try:
-        return np.broadcast_arrays(*arrays)
-    except ValueError:
-        shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(arguments, arrays))
-        raise ArgumentError(', '.join(arguments),
-                            f'leading axes do not broadcast: {shapes}') from None
+def _apply(function, **arguments):
+    """
+    Call ``function``, which takes (7,) or (n, 7), on the named arguments (..., 7).
 
-
-def _rowwise(function, *arrays):
-    """Call ``function``, which takes (7,) or (n, 7), on arrays (..., 7)."""
+    They are validated, and their leading axes broadcast against each other.
+    """
+    arrays = arguments.values()
+    if all(map(_is_state, arrays)):  # the common case, in a fraction of the time
+        return function(*arrays)
+    arrays = _broadcast(arguments)
     if arrays[0].ndim <= 2:
         return function(*arrays)
     shape = arrays[0].shape[:-1]
@@ -209,6 +221,23 @@ def _rowwise(function, *arrays):
     if isinstance(result, tuple):
         return tuple(part.reshape(shape + part.shape[1:]) for part in result)
     return result.reshape(shape + result.shape[1:])
+
+
+def _is_state(value) -> bool:
+    """Return whether there is nothing to convert or to refuse."""
+    return (type(value) is np.ndarray and value.shape == _STATE and value.dtype is _FLOAT
+            and isfinite(value.dot(value)))
+
+
+def _broadcast(arguments: dict) -> list:
+    """Validate the named arguments and broadcast their leading axes."""
+    arrays = [_joints(name, value) for name, value in arguments.items()]
+    try:
+        return np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(arguments, arrays))
+        raise ArgumentError(', '.join(arguments),
+                            f'leading axes do not broadcast: {shapes}') from None
 
 
 def _blockwise(function, q: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from importlib.util import find_spec
 from math import cos
 from math import sin
 import os
+from struct import Struct
 
 import numpy as np
 
@@ -20,6 +21,16 @@ from .parameters import theta_offsets
 # States computed at a time: 4096 floats of a temporary and its neighbours stay in the cache.
 _BLOCK = 4096
 _SQUARE = (N_JOINTS, N_JOINTS)
+_to_list = np.ndarray.tolist
+# Generated function -> how many scalars it gives.
+_SIZES = {
+    'mass_matrix': 49, 'gravity': 7, 'coriolis_torque': 7, 'terms': 105,
+    'torque_terms': 63, 'momentum_terms': 21, 'inverse_dynamics': 7, 'forward_dynamics': 7,
+    'christoffel_symbols': 343, 'regressor': 7 * len(TILTED_NAMES),
+    'inverse_dynamics_gradient': 98,
+}
+# ... which also has a form for gravity along the axis of joint 1.
+_UPRIGHT = {'gravity', 'torque_terms', 'inverse_dynamics'}
 
 # What computes: plain Python and NumPy; the same source compiled by numba; the latter where numba
 # is installed. The environment variable decides where nobody else does.
@@ -68,19 +79,17 @@ class ClosedForm:
         self.base_parameters = phi[:len(NAMES)] if self.upright else phi
         self.base_parameters.flags.writeable = False
         self.constants = (*phi.tolist(), *lengths(parameters), *(-gravity).tolist())
-        self._evaluate, self._data = _choose(engine, self.constants)
-        self._gravity = 'gravity_upright' if self.upright else 'gravity'
-        # The generated functions have theta_2 = q_2 + pi/2 built in.
-        shift = parameters.theta_offset - theta_offsets()
-        self._shift = shift if shift.any() else None
+        self._bind = _choose(engine)
+        self._calls = {}
+        self._parameters = parameters
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Return M(q), (..., 7, 7) [kg m^2], eq. (6)."""
-        return self._compute('mass_matrix', 49, q).reshape(q.shape[:-1] + _SQUARE)
+        return self._call('mass_matrix')(q).reshape(q.shape[:-1] + _SQUARE)
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Return G(q), (..., 7) [N m], eq. (8)."""
-        return self._compute(self._gravity, 7, q)
+        return self._call('gravity')(q)
 
     def coriolis_matrix(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Return C(q, qd), (..., 7, 7) [kg m^2/s], eq. (7)."""
@@ -88,72 +97,85 @@ class ClosedForm:
 
     def coriolis_torque(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Return C(q, qd) qd, (..., 7) [N m]."""
-        return self._compute('coriolis_torque', 7, q, qd)
+        return self._call('coriolis_torque')(q, qd)
 
     def terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
         """Return M(q), C(q, qd) and G(q) together, eqs. (6) to (8)."""
-        result, square = self._compute('terms', 105, q, qd), q.shape[:-1] + _SQUARE
+        result, square = self._call('terms')(q, qd), q.shape[:-1] + _SQUARE
         return (result[..., :49].reshape(square), result[..., 49:98].reshape(square),
                 result[..., 98:])
 
     def torque_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
         """Return M(q), C(q, qd) qd and G(q) together."""
-        result = self._compute('torque_terms', 63, q, qd)
+        result = self._call('torque_terms')(q, qd)
         return (result[..., :49].reshape(q.shape[:-1] + _SQUARE), result[..., 49:56],
                 result[..., 56:])
 
+    def momentum_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+        """Return p = M(q) qd, C(q, qd)^T qd and G(q) together, without forming M or C."""
+        result = self._call('momentum_terms')(q, qd)
+        return result[..., :7], result[..., 7:14], result[..., 14:]
+
     def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """Return tau, (..., 7) [N m], eq. (5), without forming M or C."""
-        return self._compute('inverse_dynamics', 7, q, qd, qdd)
+        return self._call('inverse_dynamics')(q, qd, qdd)
 
     def forward_dynamics(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """Return qdd, (..., 7) [rad/s^2], by M = L D L^T."""
-        return self._compute('forward_dynamics', 7, q, qd, tau)
+        return self._call('forward_dynamics')(q, qd, tau)
 
     def christoffel_symbols(self, q: np.ndarray) -> np.ndarray:
         """Return h_ikm, (..., 7, 7, 7) [kg m^2], eq. (7)."""
-        result = self._compute('christoffel_symbols', 343, q)
+        result = self._call('christoffel_symbols')(q)
         return result.reshape(q.shape + _SQUARE)
 
     def regressor(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """Return Y, (..., 7, 43), or (..., 7, 45) where the base is tilted: tau = Y phi."""
-        result = self._compute('regressor', 7 * len(TILTED_NAMES), q, qd, qdd)
+        result = self._call('regressor')(q, qd, qdd)
         return result.reshape(q.shape + (-1,))[..., :len(self.base_parameters)]
 
     def inverse_dynamics_gradient(self, q: np.ndarray, qd: np.ndarray,
                                   qdd: np.ndarray) -> tuple:
         """Return d tau/dq and d tau/dqd, each (..., 7, 7)."""
-        result = self._compute('inverse_dynamics_gradient', 98, q, qd, qdd)
+        result = self._call('inverse_dynamics_gradient')(q, qd, qdd)
         result = result.reshape(q.shape[:-1] + (2,) + _SQUARE)
         return result[..., 0, :, :], result[..., 1, :, :]
 
-    def _compute(self, name: str, size: int, q: np.ndarray, *rest: np.ndarray) -> np.ndarray:
-        if self._shift is not None:
-            q = q + self._shift
-        return self._evaluate(name, size, self._data, q, *rest)
+    def _call(self, name: str):
+        """Return what calls a generated function; where it has a form for upright arms, that."""
+        call = self._calls.get(name)
+        if call is None:
+            function = f'{name}_upright' if self.upright and name in _UPRIGHT else name
+            call = self._calls[name] = self._shifted(
+                self._bind(function, _SIZES[name], self.constants))
+        return call
+
+    def _shifted(self, call):
+        # The generated functions have theta_2 = q_2 + pi/2 built in.
+        shift = self._parameters.theta_offset - theta_offsets()
+        return (lambda q, *rest: call(q + shift, *rest)) if shift.any() else call
 
 
-def _choose(engine: str, constants: tuple) -> tuple:
-    """Return what evaluates, and the constants as it wants them."""
+def _choose(engine: str):
+    """Return the ``bind`` of an engine."""
     source = 'engine'
     if engine == AUTO and ENGINE_VARIABLE in os.environ:
         source, engine = ENGINE_VARIABLE, os.environ[ENGINE_VARIABLE]
     if engine not in ENGINES:
         raise ArgumentError(source, f'expected one of {", ".join(ENGINES)}, got {engine!r}')
     if engine == PYTHON or engine == AUTO and find_spec('numba') is None:
-        return evaluate, constants
+        return bind
     try:
         from .. import compiled
     except ImportError as error:
         raise ArgumentError(source, f'numba does not load ({error}); install the extra `fast`, or '
                             f'choose {PYTHON!r}') from None
-    return compiled.evaluate, np.array(constants)
+    return compiled.bind
 
 
-def evaluate(name: str, size: int, constants: tuple, q: np.ndarray,
-             *rest: np.ndarray) -> np.ndarray:
+def bind(name: str, size: int, constants: tuple):
     """
-    Call a generated function on one state or many.
+    Return what calls a generated function.
 
     Parameters
     ----------
@@ -163,30 +185,40 @@ def evaluate(name: str, size: int, constants: tuple, q: np.ndarray,
         How many scalars it gives.
     constants : tuple of float
         As ``_closed_form.CONSTANTS`` names them.
-    q, rest : ndarray (7,) or (n, 7)
-        The states.
 
     Returns
     -------
-    ndarray (size,) or (n, size)
+    callable
+        Of q and the rest of the state, arrays (7,) or (n, 7); returns an ndarray (size,) or
+        (n, size).
 
     """
     function = getattr(_closed_form, name)
-    if q.ndim == 1:
-        q, out = q.tolist(), [0.0] * size
-        function(map(sin, q), map(cos, q), *[x.tolist() for x in rest], constants, out)
-        return np.array(out)
-    n = len(q)
+    write = Struct(f'{size}d').pack_into  # twice as fast as np.array for many numbers
+
+    def compute(q: np.ndarray, *rest: np.ndarray) -> np.ndarray:
+        if q.ndim > 1:
+            return _compute_many(function, size, constants, q, *rest)
+        q, out, result = q.tolist(), [0.0] * size, np.empty(size)
+        function(map(sin, q), map(cos, q), *map(_to_list, rest), constants, out)
+        write(result, 0, *out)
+        return result
+    return compute
+
+
+def _compute_many(function, size: int, constants: tuple, *arrays: np.ndarray) -> np.ndarray:
+    """Call a generated function on arrays (n, 7), block by block."""
+    n = len(arrays[0])
     result = np.empty((n, size))
-    states = [np.empty((N_JOINTS, min(n, _BLOCK))) for _ in (q, *rest)]
+    states = [np.empty((N_JOINTS, min(n, _BLOCK))) for _ in arrays]
     sine, cosine = np.empty((2, *states[0].shape))
     out = np.empty((size, states[0].shape[1]))
     for start in range(0, n, _BLOCK):
         block = slice(start, start + _BLOCK)
         if n - start < len(out[0]):  # the last block
             states, (sine, cosine, out) = (
-                [x[:, :n - start] for x in arrays] for arrays in (states, (sine, cosine, out)))
-        for state, x in zip(states, (q, *rest)):
+                [x[:, :n - start] for x in xs] for xs in (states, (sine, cosine, out)))
+        for state, x in zip(states, arrays):
             state[:] = x[block].T
         _sine_and_cosine(states[0], sine, cosine)
         function(sine, cosine, *states[1:], constants, out)

@@ -17,8 +17,8 @@ EXACT = {'rtol': 0.0, 'atol': 1e-12}
 # Quantity -> how many of q, qd, qdd it takes.
 ARGUMENTS = {
     'mass_matrix': 1, 'gravity': 1, 'christoffel_symbols': 1, 'coriolis_matrix': 2,
-    'coriolis_torque': 2, 'terms': 2, 'torque_terms': 2, 'inverse_dynamics': 3,
-    'forward_dynamics': 3, 'regressor': 3, 'inverse_dynamics_gradient': 3,
+    'coriolis_torque': 2, 'terms': 2, 'torque_terms': 2, 'momentum_terms': 2,
+    'inverse_dynamics': 3, 'forward_dynamics': 3, 'regressor': 3, 'inverse_dynamics_gradient': 3,
 }
 needs_numba = pytest.mark.skipif(importlib.util.find_spec('numba') is None,
                                  reason='numba is not installed: pip install numba')
@@ -91,6 +91,16 @@ def test_torque_terms_are_the_parts_of_the_torque(arm, random_states):
                                arm.inverse_dynamics(q, qd, qdd), **EXACT)
 
 
+def test_momentum_terms(arm, random_states):
+    q, qd, _ = random_states(50)
+    momentum, transposed, gravity = arm.momentum_terms(q, qd)
+    mass, coriolis, _ = arm.terms(q, qd)
+    np.testing.assert_allclose(momentum, (mass @ qd[..., None])[..., 0], **EXACT)
+    np.testing.assert_allclose(transposed, (coriolis.swapaxes(-1, -2) @ qd[..., None])[..., 0],
+                               **EXACT)
+    np.testing.assert_allclose(gravity, arm.gravity(q), **EXACT)
+
+
 def test_gradient_by_velocity_is_twice_the_coriolis_matrix(arm, random_states):
     q, qd, qdd = random_states(50)
     _, by_qd = arm.inverse_dynamics_gradient(q, qd, qdd)
@@ -153,7 +163,7 @@ def test_numba_compiles_once_whatever_the_arrays(random_states):
     for same in (q[::-1][::-1], np.asfortranarray(q), fixed, np.broadcast_to(q, (1, 10, 7))):
         np.testing.assert_array_equal(arm.gravity(same).reshape(10, 7), expected)
     np.testing.assert_allclose(arm.gravity(fixed[0]), expected[0], rtol=0.0, atol=1e-14)
-    for function in (compiled._MODULE.gravity_upright_row, compiled._MODULE.gravity_upright_rows):
+    for function in (compiled.MODULE.gravity_upright_row, compiled.MODULE.gravity_upright_rows):
         assert len(function.signatures) == 1
 
 

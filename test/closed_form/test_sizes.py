@@ -16,6 +16,7 @@ CEILINGS = {
     'gravity': (82, 107),
     'torque_terms': (956, 978),
     'coriolis_torque': (563, 563),
+    'momentum_terms': (473, 498),
     'inverse_dynamics': (598, 610),
     'forward_dynamics': (1152, 1171),
     'christoffel_symbols': (1000, 1000),

@@ -1,0 +1,1 @@
+"""The closed form in other languages: files that stand alone."""

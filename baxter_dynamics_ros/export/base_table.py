@@ -1,0 +1,68 @@
+"""The base parameters as a table: name, value, unit, what it is made of, what it means."""
+
+from textwrap import fill
+
+from ..core.arm import BaxterArm
+from ..core.base_parameters import TILTED_NAMES
+from ..core.joints import JOINTS
+from ..core.joints import N_JOINTS
+
+_HEAD = (
+    'Of the 70 inertial parameters of seven links torques can tell no more than these {count} '
+    'combinations: tau = Y(q, qd, qdd) phi, with phi in this order.',
+    'Each belongs to a link in its body frame k: z along the axis of joint k, the origin on it '
+    "that of the paper's frame {{k-1}}, turning with the link. A mass on the axis of joint k "
+    'moves with link k - 1 just as well, and is counted there.',
+    'XXk = sum of m x x, XYk = sum of m x y, HXk = sum of m x, and so on: of link k alone, about '
+    'the origin of body frame k; link 7 with the payload. Mk: mass of links k to 7. a and d: '
+    'Denavit-Hartenberg lengths, Table II.',
+    'xx and yy are how far mass spreads from the axis, along x and y: together, inertia about it; '
+    'xy is how that spread is turned; by xz and yz, turning the joint acts on those before it; hx '
+    'and hy are mass times its offset from the axis, what gravity pulls at.')
+_MEANINGS = {
+    'izz': 'moment of inertia about the axis of {joint}',
+    'xx': 'spread of mass along x',
+    'yy': 'spread of mass along y',
+    'xy': 'product of inertia x y',
+    'xz': 'product of inertia x z',
+    'yz': 'product of inertia y z',
+    'hx': 'mass times offset along x',
+    'hy': 'mass times offset along y',
+}
+
+
+def base_table(arm: BaxterArm) -> str:
+    """Return the base parameters of an arm, 43, or 45 where its base is tilted, as text."""
+    values = arm.base_parameters.tolist()
+    lines = [fill(text.format(count=len(values)), 99) for text in _HEAD]
+    before = None
+    for name, value in zip(TILTED_NAMES, values):
+        element, link = name[:-1], int(name[-1])
+        if link != before:
+            lines.append(f'\nlink {link}, turned by {JOINTS[link - 1]}')
+            before = link
+        unit = 'kg m' if element[0] == 'h' else 'kg m^2'
+        meaning = _MEANINGS[element].format(joint=JOINTS[link - 1])
+        lines.append(f'{name:<5}{value:>14.7g} {unit:<7} = {composition(name):<25} {meaning}')
+    return '\n'.join(lines)
+
+
+def composition(name: str) -> str:
+    """Return what a base parameter is the sum of, in the notation of the table."""
+    element, k = name[:-1], int(name[-1])
+    own, beyond = f'{element.upper()}{k}', f'M{k + 1}'
+    if element == 'izz':
+        return ' + '.join(('XX1 + YY1', 'a1^2 M2', 'ZZ2'))
+    if k == N_JOINTS:
+        return own
+    if element in ('yy', 'hy'):  # what lies on the axis of joint k + 1, which is along y of link k
+        on_axis = [f'{own[0].replace("Y", "Z")}Z{k + 1}']
+        if k % 2 == 0 and k + 1 < N_JOINTS:
+            on_axis.append(f'd{k + 1}{"^2" if element == "yy" else ""} M{k + 2}')
+        sign = ' - ' if element == 'hy' and k % 2 == 0 else ' + '
+        return sign.join((own, *on_axis))
+    if k % 2 == 0:  # a and d are zero
+        return own
+    more = {'xx': f'a{k}^2 {beyond}', 'xy': f'a{k} HZ{k + 1}', 'xz': f'a{k} d{k} {beyond}',
+            'yz': f'd{k} HZ{k + 1}', 'hx': f'a{k} {beyond}'}
+    return f'{own} + {more[element]}'

@@ -1,0 +1,93 @@
+"""Formulas as LaTeX: sums collected, every product explicit, lines that TeX can break."""
+
+import ast
+import re
+
+_SIGNS = {ast.Add: 1, ast.Sub: -1}
+_SYMBOL = re.compile('([a-z]+)_?([0-9]+|[xyz])')
+# Names whose LaTeX has another letter than theirs.
+_LETTERS = {'izz': ('I', 'zz'), 'up': ('u', ''), 'hx': ('h', 'x'), 'hy': ('h', 'y'),
+            **{element: ('J', element) for element in ('xx', 'yy', 'xy', 'xz', 'yz')}}
+_ORDER = ('adu', 'sc', 'IJh', 't')  # of a product's symbols, by their letters
+
+
+def symbol(name: str) -> str:
+    """Return a name such as t12, s3, xx7 or up_z as LaTeX: a letter and its index in braces."""
+    word, index = _SYMBOL.fullmatch(name).groups()
+    letter, element = _LETTERS.get(word, (word, ''))
+    return f'{letter}_{{{element}{index}}}'
+
+
+def formula(expression: str) -> str:
+    r"""
+    Return an expression as LaTeX.
+
+    Brackets are round and square, by depth, and factors are parted by a thin space, ``\,``.
+
+    Parameters
+    ----------
+    expression : str
+        Names, numbers, +, - and *, as Python reads them.
+
+    """
+    return _sum(_terms(ast.parse(expression, mode='eval').body))
+
+
+def _terms(node) -> dict:
+    """Return a sum as factors -> coefficient; a factor is a symbol or, in brackets, a sum."""
+    if isinstance(node, ast.Name):
+        return {(symbol(node.id),): 1}
+    if isinstance(node, ast.Constant):
+        return {(): node.value} if node.value else {}
+    if isinstance(node, ast.UnaryOp):
+        return _scaled(_terms(node.operand), -1)
+    left, right = _terms(node.left), _terms(node.right)
+    if isinstance(node.op, ast.Mult):
+        return _product(left, right)
+    result = dict(left)
+    for factors, coefficient in _scaled(right, _SIGNS[type(node.op)]).items():
+        result[factors] = result.get(factors, 0) + coefficient
+    return {factors: coefficient for factors, coefficient in result.items() if coefficient}
+
+
+def _product(left: dict, right: dict) -> dict:
+    factors, coefficient = (), 1
+    for terms in (left, right):
+        if len(terms) > 1:
+            factors += (tuple(terms.items()),)
+        else:
+            for more, number in terms.items():
+                factors, coefficient = factors + more, coefficient * number
+    return {factors: coefficient} if left and right else {}
+
+
+def _scaled(terms: dict, factor: int) -> dict:
+    return {factors: factor * coefficient for factors, coefficient in terms.items()}
+
+
+def _sum(terms: dict) -> str:
+    if not terms:
+        return '0'
+    items = list(terms.items())
+    # A sum does not begin with a minus sign if it can help it.
+    positive = next((i for i, (_, coefficient) in enumerate(items) if coefficient > 0), 0)
+    first, rest = items.pop(positive), items
+    text = ('-' if first[1] < 0 else '') + _term(*first)
+    return text + ''.join(f' {"-" if term[1] < 0 else "+"} {_term(*term)}' for term in rest)
+
+
+def _term(factors: tuple, coefficient) -> str:
+    size = abs(coefficient)
+    texts = [] if size == 1 and factors else [f'{size:g}']
+    texts += sorted((x for x in factors if isinstance(x, str)), key=_place)
+    return r'\,'.join(texts + [_bracket(x) for x in factors if not isinstance(x, str)])
+
+
+def _place(text: str) -> int:
+    """Return a symbol's place in a product: lengths, sines, inertias, what they make up."""
+    return next(i for i, letters in enumerate(_ORDER) if text[0] in letters)
+
+
+def _bracket(terms: tuple) -> str:
+    text = _sum(dict(terms))
+    return f'[{text}]' if '(' in text else f'({text})'

@@ -1,0 +1,100 @@
+"""Parts of Python files that compute with a library's symbols."""
+
+from math import prod
+
+from .body import body_of
+from .body import folded
+from .functions import describe
+from .functions import Function
+from .legend import FRAMES
+from .legend import head
+from .legend import parameters
+from ..core.arm import BaxterArm
+
+_WIDTH = 96
+_INDENT = ' ' * 4
+
+
+def module_docstring(title: str, arm: BaxterArm, usage: str) -> str:
+    """Return the docstring of a file: its title, the head, and how to use it."""
+    paragraphs = (folded(paragraph, _WIDTH, '') for paragraph in (*head(arm), FRAMES))
+    return '\n\n'.join([f'"""\n{title}', *paragraphs, usage.strip('\n') + '\n"""\n'])
+
+
+def parameter_table(arm: BaxterArm) -> str:
+    """Return PARAMETERS, this arm's numbers by name, each with its unit and meaning."""
+    lines = [f'    {repr(p.name) + ": " + repr(p.value) + ",":<32}  # {p.unit}, {p.text}'
+             for p in parameters(arm)]
+    return '\n'.join(['PARAMETERS = {', *lines, '}\n'])
+
+
+def function_docstring(function: Function, result: str, *more: str) -> list:
+    """Return the lines of a function's docstring."""
+    outputs = '; '.join(f'{output.symbol} {_shape(output.shape)} [{output.unit}], {output.text}'
+                        for output in function.quantity.outputs)
+    inputs = '; '.join(f'{argument}: (7) {describe(argument)}'
+                       for argument in function.arguments)
+    paragraphs = (f'Return {result}{outputs}.', f'{inputs}.', *more,
+                  f'{function.program.operations()} operations, beside sines and cosines.')
+    lines = ['"""']
+    for paragraph in paragraphs:
+        lines += [*folded(paragraph, _WIDTH - 4, '').split('\n'), '']
+    return [*lines[:-1], '"""']
+
+
+def statements(function: Function, assign=None) -> list:
+    """
+    Return the lines from parameters and elements to ``out``, a list of all outputs.
+
+    Parameters
+    ----------
+    function : Function
+        What to compute.
+    assign : callable, optional
+        Takes a temporary's name and its expression, and returns what to assign to it: the
+        expression by default.
+
+    """
+    body = body_of(function, [f'out[{i}]' for i in range(function.size)])
+    lines = []
+    if body.constants:
+        names = ', '.join(body.constants)
+        quoted = ', '.join(repr(name) for name in body.constants)
+        lines += ['(', *_inside(names), ') = (parameters[name] for name in (', *_inside(quoted),
+                  '))']
+    lines.append(f'out = [0.0] * {function.size}')
+    for target, expression in body.statements:
+        if assign and not target.startswith('out['):
+            expression = assign(target, expression)
+        elif len(target) + len(expression) > _WIDTH - 8:
+            expression = f'({expression})'
+        lines += long(f'{target} = {expression}')
+    return lines
+
+
+def slices(function: Function) -> list:
+    """Return, for each output, what to write for its part of ``out``."""
+    result, start = [], 0
+    for output in function.quantity.outputs:
+        end = start + prod(output.shape)
+        result.append('out' if end - start == function.size else f'out[{start}:{end}]')
+        start = end
+    return result
+
+
+def long(statement: str) -> list:
+    """Return the lines of a statement; what may be broken stands in brackets."""
+    return folded(statement, _WIDTH - 4, _INDENT).split('\n')
+
+
+def indented(lines: list) -> str:
+    """Return the lines of a function's body as text."""
+    return '\n'.join(f'{_INDENT}{line}'.rstrip() for line in lines) + '\n'
+
+
+def _inside(text: str) -> list:
+    return [_INDENT + line for line in folded(f'{text},', _WIDTH - 8, '').split('\n')]
+
+
+def _shape(shape: tuple) -> str:
+    return f'({", ".join(str(length) for length in shape)})'

@@ -1,0 +1,1 @@
+"""How the engines are compared: agreement, times, memory, targets, and the table."""
