@@ -9,6 +9,7 @@ import tempfile
 from .outputs import output_folder
 from ..core.exceptions import BaxterDynamicsError
 from ..export.base_table import base_table
+from ..export.functions import derive
 from ..signals.settings import PredictorSettings
 
 # Languages whose module cannot have their name: it is that of a library.
@@ -54,7 +55,7 @@ def run(language: 'str | None', output: 'str | None', quantities: str, params: '
     if base_parameters:
         print(base_table(arm))
         return 0
-    derive, files = _exporter(language)
+    files = _exporter(language)
     symbols = [symbol.strip() for symbol in quantities.split(',') if symbol.strip()]
     functions = derive(arm, symbols)
     placed = _placed(files(functions, arm), output or f'baxter_dynamics_{language}', language)
@@ -77,16 +78,16 @@ def _read(path: str) -> dict:
     return read_parameters(path)
 
 
-def _exporter(language: str) -> tuple:
-    """Return what derives functions, and what writes them in a language."""
+def _exporter(language: str):
+    """Return what writes functions in a language."""
     try:
-        from ..export.functions import derive
+        import_module('..closed_form.derivation', __package__)  # needs CasADi
         module = import_module(f'..export.{_MODULES.get(language, language)}', __package__)
     except ImportError as error:
         raise BaxterDynamicsError(
             f"{error}. Install the export extra: pip install 'baxter_dynamics_ros[export]', or "
             '".[export]" in a checkout') from None
-    return derive, module.files
+    return module.files
 
 
 def _placed(texts: dict, output: str, language: str) -> dict:

@@ -1,12 +1,10 @@
 """Write ``core/_closed_form.py``: the one generated module."""
 
-from itertools import groupby
-from operator import itemgetter
 from pathlib import Path
 from textwrap import fill
 
+from .derivation import program_of
 from .quantities import CONSTANTS
-from .quantities import program_of
 from .quantities import QUANTITIES
 from .quantities import Quantity
 from .quantities import TILTED_REGRESSOR
@@ -70,9 +68,12 @@ def _function(name: str, quantity: Quantity, tilted: bool) -> str:
         body.append(_tuple('', [names[f'{vector}[{i}]'] for i in range(7)], end=f' = {vector}'))
     body.append(_tuple('', CONSTANTS, end=' = constants'))
     targets = [f'out[{i}]' for i in range(len(program.outputs))]
-    # What several outputs share, as M's two halves do, is computed once.
-    written = groupby(assignments(program, targets, names, reuse=True), itemgetter(1))
-    body += [' = '.join([*(target for target, _ in same), text]) for text, same in written]
+    for target, text in assignments(program, targets, names, reuse=True):
+        shared = f'] = {text}'  # by several outputs, as M's two halves: it is computed once
+        if target in targets and body[-1].startswith('out[') and body[-1].endswith(shared):
+            body[-1] = f'{target} = {body[-1]}'
+        else:
+            body.append(f'{target} = {text}')
     what = '; '.join(f'{output.symbol} {output.shape} [{output.unit}]'.replace(',)', ')')
                      for output in quantity.outputs)
     title = f'"""Compute {what}: {program.operations()} operations."""'

@@ -2,13 +2,10 @@
 
 from typing import NamedTuple
 
-import casadi
-
 from .formulation import Formulation
 from .frames import Frames
 from .frames import N
 from .frames import PseudoInertia
-from .program import Program
 from ..core.base_parameters import LENGTH_NAMES
 from ..core.base_parameters import NAMES
 from ..core.base_parameters import TILTED_NAMES
@@ -73,30 +70,6 @@ TILTED_REGRESSOR = Quantity('regressor', ('qd', 'qdd'), (_y(len(TILTED_NAMES)),)
 # The order in which programs take the arm's numbers: base parameters, lengths, minus gravity.
 UP_NAMES = ('up_x', 'up_y', 'up_z')
 CONSTANTS = (*TILTED_NAMES, *LENGTH_NAMES, *UP_NAMES)
-_ONLY_TILTED = ('hx1', 'hy1', 'up_x', 'up_y')
-
-
-def program_of(quantity: Quantity, tilted: bool) -> Program:
-    """
-    Derive the program of a quantity.
-
-    Parameters
-    ----------
-    quantity : Quantity
-        What to compute.
-    tilted : bool
-        Whether gravity may have any direction in frame {0}; otherwise it is along the axis of
-        joint 1, which saves a few operations.
-
-    """
-    vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
-    constants = {name: 0 if name in _ONLY_TILTED and not tilted else casadi.SX.sym(name)
-                 for name in CONSTANTS}
-    formulation = formulate(vectors['sin_q'], vectors['cos_q'], constants)
-    values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))
-    symbols = [symbol for vector in vectors.values() for symbol in vector]
-    symbols += [value for value in constants.values() if isinstance(value, casadi.SX)]
-    return Program(symbols, _flat(values))
 
 
 def formulate(sine, cosine, constants: dict) -> Formulation:
@@ -123,13 +96,3 @@ def formulate(sine, cosine, constants: dict) -> Formulation:
         lengths[int(name[1]) - 1]['ad'.index(name[0])] = constants[name]
     return Formulation(Frames(sine, cosine, lengths), links,
                        tuple(constants[name] for name in UP_NAMES))
-
-
-def _symbols(name: str) -> list:
-    return [casadi.SX.sym(f'{name}[{i}]') for i in range(N)]
-
-
-def _flat(values) -> list:
-    if isinstance(values, (list, tuple)):
-        return [scalar for value in values for scalar in _flat(value)]
-    return [values]

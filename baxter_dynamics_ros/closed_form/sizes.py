@@ -9,9 +9,10 @@ from typing import NamedTuple
 import casadi
 import numpy as np
 
+from .derivation import program_of
+from .derivation import trace
 from .frames import N
 from .program import Program
-from .quantities import program_of
 from .quantities import QUANTITIES
 from .quantities import Quantity
 from ..core import paper_tables
@@ -89,7 +90,7 @@ def symbolic_operations() -> Size:
     mass, h, gravity = _equations(links, _Q, pseudo, triangle=True)
     outputs = [*mass.flat, *_christoffel_matrix(h, rates).flat, *gravity]
     return _size('the same, zeros left out, common subexpressions shared',
-                 Program(symbols, outputs))
+                 trace(symbols, outputs))
 
 
 def body_frame_sizes() -> list:

@@ -51,7 +51,7 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = out[47] = -t13
+    out[47] = out[41] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -64,7 +64,7 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t7 = yy4 - (t21 - (yy6 + t7 - t21))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t9
     t14 = s6 * t1 + c6 * t14
-    out[33] = out[39] = t14
+    out[39] = out[33] = t14
     t1 = yz5 + t16 * d5 - t14
     t5 = c5 * t6 - s5 * t1
     t22 = xy4 - t5
@@ -81,7 +81,7 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t1 = s5 * t6 + c5 * t1
-    out[25] = out[31] = -t1
+    out[31] = out[25] = -t1
     t6 = yz4 - t1
     t17 = c4 * t18 - s4 * t6
     t26 = s5 * t25 + c5 * t26
@@ -94,34 +94,34 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t24 = yy2 - (t28 - (t7 + t24 - t28))
     t23 = xz3 + t30 * d3 + t22 - c4 * t23 - a3 * t29
     t6 = s4 * t18 + c4 * t6
-    out[17] = out[23] = t6
+    out[23] = out[17] = t6
     t18 = yz3 + t26 * d3 - t6
     t22 = c3 * t23 - s3 * t18
     t30 = c3 * (t30 + hx3) - s3 * (t26 + hy3)
     t36 = a1 * (s2 * (hx2 + t30) + c2 * (t29 + hy2))
     out[0] = izz1 - (t36 - (t35 - c2 * (c2 * (t35 - t24) - (s2 + s2) * (xy2 - t22)) - t36)) + t19 + t34
     t18 = s3 * t23 + c3 * t18
-    out[9] = out[15] = -t18
+    out[15] = out[9] = -t18
     t18 = c2 * (xz2 - (t25 - c3 * t33)) - s2 * (yz2 - t18)
-    out[1] = out[7] = t18
+    out[7] = out[1] = t18
     t19 = t32 + t19
     out[16] = t19
     t19 = a1 * t30 + c2 * t22 - s2 * t19
-    out[2] = out[14] = t19
+    out[14] = out[2] = t19
     t7 = t20 + t7
     out[24] = t7
     t7 = t7 + t31 - t28
     t6 = c2 * (c3 * t17 + s3 * t7) - s2 * t6 - a1 * (s3 * t29)
-    out[3] = out[21] = t6
+    out[21] = out[3] = t6
     t6 = c4 * t26
     t2 = t12 + t2
     out[32] = t2
     t12 = c4 * t5 - s4 * t2 + t27 * d3
     t26 = t1 + d3 * t6 + a3 * (s4 * t26)
     t2 = a3 * t27 + s4 * t5 + c4 * t2
-    out[18] = out[30] = t2
+    out[30] = out[18] = t2
     t2 = a1 * (t27 * c3 - s3 * t6) + c2 * (c3 * t12 - s3 * t26) - s2 * t2
-    out[4] = out[28] = t2
+    out[28] = out[4] = t2
     t3 = t3 + yy6
     out[40] = t3
     t3 = t3 + t11 - t21
@@ -129,14 +129,14 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t11 = s5 * t9
     t2 = c4 * t21 - s4 * t14 - d3 * t11
     t3 = s5 * t15 - c5 * t3
-    out[26] = out[38] = -t3
+    out[38] = out[26] = -t3
     t9 = c5 * t9
     t15 = c4 * t9 + t10 * s4
     t9 = t3 - (a3 * (t10 * c4 - s4 * t9) - d3 * t15)
     t21 = s4 * t21 + c4 * t14 - a3 * t11
-    out[19] = out[37] = t21
+    out[37] = out[19] = t21
     t21 = c2 * (c3 * t2 - s3 * t9) - s2 * t21 - a1 * (s3 * t15 + c3 * t11)
-    out[5] = out[35] = t21
+    out[35] = out[5] = t21
     t21 = s6 * t16
     t16 = c6 * t16
     t15 = c5 * t16 + t8 * s5
@@ -148,24 +148,24 @@ def mass_matrix(sin_q, cos_q, constants, out):
     t16 = t13 + d5 * t16 + a5 * t21
     t13 = c5 * t10 - s5 * t16
     t3 = a5 * t8 + s6 * t4 + c6 * t3
-    out[34] = out[46] = t3
+    out[46] = out[34] = t3
     t8 = c4 * t13 - s4 * t3 + d3 * t14
     t16 = s5 * t10 + c5 * t16
-    out[27] = out[45] = -t16
+    out[45] = out[27] = -t16
     t16 = t16 - (d3 * t11 - a3 * (s4 * t15 + c4 * t21))
     t3 = a3 * t14 + s4 * t13 + c4 * t3
-    out[20] = out[44] = t3
+    out[44] = out[20] = t3
     t3 = a1 * (s3 * t11 + c3 * t14) + c2 * (c3 * t8 - s3 * t16) - s2 * t3
-    out[6] = out[42] = t3
+    out[42] = out[6] = t3
     out[8] = t35 + t24
     t7 = c3 * t7 - s3 * t17
-    out[10] = out[22] = t7
+    out[22] = out[10] = t7
     t26 = s3 * t12 + c3 * t26
-    out[11] = out[29] = -t26
+    out[29] = out[11] = -t26
     t9 = s3 * t2 + c3 * t9
-    out[12] = out[36] = -t9
+    out[36] = out[12] = -t9
     t16 = s3 * t8 + c3 * t16
-    out[13] = out[43] = -t16
+    out[43] = out[13] = -t16
 
 
 def mass_matrix_row(q, constants, out):
@@ -638,7 +638,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = out[47] = -t13
+    out[47] = out[41] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -651,7 +651,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t7 = yy4 - (t22 - (yy6 + t7 - t22))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t21
     t23 = s6 * t1 + c6 * t14
-    out[33] = out[39] = t23
+    out[39] = out[33] = t23
     t24 = yz5 + t16 * d5 - t23
     t25 = c5 * t6 - s5 * t24
     t26 = xy4 - t25
@@ -668,7 +668,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t37 = s5 * t6 + c5 * t24
-    out[25] = out[31] = -t37
+    out[31] = out[25] = -t37
     t38 = yz4 - t37
     t39 = c4 * t18 - s4 * t38
     t40 = s5 * t29 + c5 * t30
@@ -681,7 +681,7 @@ def terms(sin_q, cos_q, qd, constants, out):
     t28 = yy2 - (t46 - (t7 + t28 - t46))
     t27 = xz3 + t34 * d3 + t26 - c4 * t27 - a3 * t45
     t47 = s4 * t18 + c4 * t38
-    out[17] = out[23] = t47
+    out[23] = out[17] = t47
     t48 = yz3 + t40 * d3 - t47
     t49 = c3 * t27 - s3 * t48
     t50 = xy2 - t49
@@ -694,21 +694,21 @@ def terms(sin_q, cos_q, qd, constants, out):
     t56 = a1 * t55
     out[0] = izz1 - (t56 - (t44 - c2 * (c2 * (t44 - t28) - (s2 + s2) * t50) - t56)) + t19 + t43
     t56 = s3 * t27 + c3 * t48
-    out[9] = out[15] = -t56
+    out[15] = out[9] = -t56
     t56 = yz2 - t56
     t42 = xz2 - (t41 - c3 * t42)
     t43 = c2 * t42 - s2 * t56
-    out[1] = out[7] = t43
+    out[7] = out[1] = t43
     t43 = t36 + t19
     out[16] = t43
     t52 = a1 * t52 + c2 * t49 - s2 * t43
-    out[2] = out[14] = t52
+    out[14] = out[2] = t52
     t52 = t20 + t7
     out[24] = t52
     t52 = t52 + t35 - t46
     t46 = c3 * t39 + s3 * t52
     t35 = c2 * t46 - s2 * t47 - a1 * (s3 * t45)
-    out[3] = out[21] = t35
+    out[21] = out[3] = t35
     t35 = c4 * t40
     t57 = t12 + t2
     out[32] = t57
@@ -716,9 +716,9 @@ def terms(sin_q, cos_q, qd, constants, out):
     t37 = t37 + d3 * t35 + a3 * (s4 * t40)
     t59 = c3 * t58 - s3 * t37
     t60 = a3 * t31 + s4 * t25 + c4 * t57
-    out[18] = out[30] = t60
+    out[30] = out[18] = t60
     t61 = a1 * (t31 * c3 - s3 * t35) + c2 * t59 - s2 * t60
-    out[4] = out[28] = t61
+    out[28] = out[4] = t61
     t61 = t3 + yy6
     out[40] = t61
     t61 = t61 + t11 - t22
@@ -726,15 +726,15 @@ def terms(sin_q, cos_q, qd, constants, out):
     t11 = s5 * t21
     t62 = c4 * t22 - s4 * t23 - d3 * t11
     t63 = s5 * t15 - c5 * t61
-    out[26] = out[38] = -t63
+    out[38] = out[26] = -t63
     t64 = c5 * t21
     t65 = c4 * t64 + t10 * s4
     t63 = t63 - (a3 * (t10 * c4 - s4 * t64) - d3 * t65)
     t66 = c3 * t62 - s3 * t63
     t67 = s4 * t22 + c4 * t23 - a3 * t11
-    out[19] = out[37] = t67
+    out[37] = out[19] = t67
     t68 = c2 * t66 - s2 * t67 - a1 * (s3 * t65 + c3 * t11)
-    out[5] = out[35] = t68
+    out[35] = out[5] = t68
     t68 = s6 * t16
     t69 = c6 * t16
     t70 = c5 * t69 + t8 * s5
@@ -746,25 +746,25 @@ def terms(sin_q, cos_q, qd, constants, out):
     t13 = t13 + d5 * t69 + a5 * t68
     t75 = c5 * t74 - s5 * t13
     t76 = a5 * t8 + s6 * t4 + c6 * t73
-    out[34] = out[46] = t76
+    out[46] = out[34] = t76
     t77 = c4 * t75 - s4 * t76 + d3 * t72
     t78 = s5 * t74 + c5 * t13
-    out[27] = out[45] = -t78
+    out[45] = out[27] = -t78
     t78 = t78 - (d3 * t71 - a3 * (s4 * t70 + c4 * t68))
     t79 = c3 * t77 - s3 * t78
     t80 = a3 * t72 + s4 * t75 + c4 * t76
-    out[20] = out[44] = t80
+    out[44] = out[20] = t80
     t81 = a1 * (s3 * t71 + c3 * t72) + c2 * t79 - s2 * t80
-    out[6] = out[42] = t81
+    out[42] = out[6] = t81
     out[8] = t44 + t28
     t81 = c3 * t52 - s3 * t39
-    out[10] = out[22] = t81
+    out[22] = out[10] = t81
     t81 = s3 * t58 + c3 * t37
-    out[11] = out[29] = -t81
+    out[29] = out[11] = -t81
     t81 = s3 * t62 + c3 * t63
-    out[12] = out[36] = -t81
+    out[36] = out[12] = -t81
     t81 = s3 * t77 + c3 * t78
-    out[13] = out[43] = -t81
+    out[43] = out[13] = -t81
     t81 = xy7 * v7
     t82 = xx7 * v7
     t83 = yy7 * v7
@@ -1148,7 +1148,7 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = out[47] = -t13
+    out[47] = out[41] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -1161,7 +1161,7 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t7 = yy4 - (t22 - (yy6 + t7 - t22))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t21
     t14 = s6 * t1 + c6 * t14
-    out[33] = out[39] = t14
+    out[39] = out[33] = t14
     t1 = yz5 + t16 * d5 - t14
     t5 = c5 * t6 - s5 * t1
     t23 = xy4 - t5
@@ -1178,7 +1178,7 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t1 = s5 * t6 + c5 * t1
-    out[25] = out[31] = -t1
+    out[31] = out[25] = -t1
     t6 = yz4 - t1
     t17 = c4 * t18 - s4 * t6
     t34 = s5 * t26 + c5 * t27
@@ -1191,7 +1191,7 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t25 = yy2 - (t40 - (t7 + t25 - t40))
     t24 = xz3 + t31 * d3 + t23 - c4 * t24 - a3 * t39
     t6 = s4 * t18 + c4 * t6
-    out[17] = out[23] = t6
+    out[23] = out[17] = t6
     t18 = yz3 + t34 * d3 - t6
     t23 = c3 * t24 - s3 * t18
     t31 = t31 + hx3
@@ -1202,27 +1202,27 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t45 = a1 * (s2 * t43 + c2 * t44)
     out[0] = izz1 - (t45 - (t38 - c2 * (c2 * (t38 - t25) - (s2 + s2) * (xy2 - t23)) - t45)) + t19 + t37
     t18 = s3 * t24 + c3 * t18
-    out[9] = out[15] = -t18
+    out[15] = out[9] = -t18
     t18 = c2 * (xz2 - (t35 - c3 * t36)) - s2 * (yz2 - t18)
-    out[1] = out[7] = t18
+    out[7] = out[1] = t18
     t19 = t33 + t19
     out[16] = t19
     t19 = a1 * t42 + c2 * t23 - s2 * t19
-    out[2] = out[14] = t19
+    out[14] = out[2] = t19
     t7 = t20 + t7
     out[24] = t7
     t7 = t7 + t32 - t40
     t6 = c2 * (c3 * t17 + s3 * t7) - s2 * t6 - a1 * (s3 * t39)
-    out[3] = out[21] = t6
+    out[21] = out[3] = t6
     t6 = c4 * t34
     t2 = t12 + t2
     out[32] = t2
     t12 = c4 * t5 - s4 * t2 + t28 * d3
     t34 = t1 + d3 * t6 + a3 * (s4 * t34)
     t2 = a3 * t28 + s4 * t5 + c4 * t2
-    out[18] = out[30] = t2
+    out[30] = out[18] = t2
     t2 = a1 * (t28 * c3 - s3 * t6) + c2 * (c3 * t12 - s3 * t34) - s2 * t2
-    out[4] = out[28] = t2
+    out[28] = out[4] = t2
     t3 = t3 + yy6
     out[40] = t3
     t3 = t3 + t11 - t22
@@ -1230,14 +1230,14 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t11 = s5 * t21
     t2 = c4 * t22 - s4 * t14 - d3 * t11
     t3 = s5 * t15 - c5 * t3
-    out[26] = out[38] = -t3
+    out[38] = out[26] = -t3
     t21 = c5 * t21
     t15 = c4 * t21 + t10 * s4
     t21 = t3 - (a3 * (t10 * c4 - s4 * t21) - d3 * t15)
     t22 = s4 * t22 + c4 * t14 - a3 * t11
-    out[19] = out[37] = t22
+    out[37] = out[19] = t22
     t22 = c2 * (c3 * t2 - s3 * t21) - s2 * t22 - a1 * (s3 * t15 + c3 * t11)
-    out[5] = out[35] = t22
+    out[35] = out[5] = t22
     t22 = s6 * t16
     t16 = c6 * t16
     t15 = c5 * t16 + t8 * s5
@@ -1249,24 +1249,24 @@ def torque_terms_upright(sin_q, cos_q, qd, constants, out):
     t16 = t13 + d5 * t16 + a5 * t22
     t13 = c5 * t10 - s5 * t16
     t3 = a5 * t8 + s6 * t4 + c6 * t3
-    out[34] = out[46] = t3
+    out[46] = out[34] = t3
     t8 = c4 * t13 - s4 * t3 + d3 * t14
     t16 = s5 * t10 + c5 * t16
-    out[27] = out[45] = -t16
+    out[45] = out[27] = -t16
     t16 = t16 - (d3 * t11 - a3 * (s4 * t15 + c4 * t22))
     t3 = a3 * t14 + s4 * t13 + c4 * t3
-    out[20] = out[44] = t3
+    out[44] = out[20] = t3
     t3 = a1 * (s3 * t11 + c3 * t14) + c2 * (c3 * t8 - s3 * t16) - s2 * t3
-    out[6] = out[42] = t3
+    out[42] = out[6] = t3
     out[8] = t38 + t25
     t7 = c3 * t7 - s3 * t17
-    out[10] = out[22] = t7
+    out[22] = out[10] = t7
     t34 = s3 * t12 + c3 * t34
-    out[11] = out[29] = -t34
+    out[29] = out[11] = -t34
     t21 = s3 * t2 + c3 * t21
-    out[12] = out[36] = -t21
+    out[36] = out[12] = -t21
     t16 = s3 * t8 + c3 * t16
-    out[13] = out[43] = -t16
+    out[43] = out[13] = -t16
     t16 = s2 * v1
     t8 = t16 * v2
     t21 = t8 + t8
@@ -1516,7 +1516,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t2 = yy5 + yy7 + t2
     t1 = xz6 - (xy7 - c7 * t1)
     t13 = s7 * xz7 + c7 * yz7
-    out[41] = out[47] = -t13
+    out[47] = out[41] = -t13
     t14 = yz6 - t13
     t15 = c6 * t1 - s6 * t14
     t16 = s7 * hx7 + c7 * hy7
@@ -1529,7 +1529,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t7 = yy4 - (t22 - (yy6 + t7 - t22))
     t6 = xz5 + t10 * d5 + t5 - c6 * t6 - a5 * t21
     t14 = s6 * t1 + c6 * t14
-    out[33] = out[39] = t14
+    out[39] = out[33] = t14
     t1 = yz5 + t16 * d5 - t14
     t5 = c5 * t6 - s5 * t1
     t23 = xy4 - t5
@@ -1546,7 +1546,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t19 = yy3 + t2 + t19
     t18 = xz4 - (t17 - c5 * t18)
     t1 = s5 * t6 + c5 * t1
-    out[25] = out[31] = -t1
+    out[31] = out[25] = -t1
     t6 = yz4 - t1
     t17 = c4 * t18 - s4 * t6
     t34 = s5 * t26 + c5 * t27
@@ -1559,7 +1559,7 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t25 = yy2 - (t40 - (t7 + t25 - t40))
     t24 = xz3 + t31 * d3 + t23 - c4 * t24 - a3 * t39
     t6 = s4 * t18 + c4 * t6
-    out[17] = out[23] = t6
+    out[23] = out[17] = t6
     t18 = yz3 + t34 * d3 - t6
     t23 = c3 * t24 - s3 * t18
     t31 = t31 + hx3
@@ -1571,27 +1571,27 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t46 = a1 * t45
     out[0] = izz1 - (t46 - (t38 - c2 * (c2 * (t38 - t25) - (s2 + s2) * (xy2 - t23)) - t46)) + t19 + t37
     t18 = s3 * t24 + c3 * t18
-    out[9] = out[15] = -t18
+    out[15] = out[9] = -t18
     t18 = c2 * (xz2 - (t35 - c3 * t36)) - s2 * (yz2 - t18)
-    out[1] = out[7] = t18
+    out[7] = out[1] = t18
     t19 = t33 + t19
     out[16] = t19
     t19 = a1 * t42 + c2 * t23 - s2 * t19
-    out[2] = out[14] = t19
+    out[14] = out[2] = t19
     t7 = t20 + t7
     out[24] = t7
     t7 = t7 + t32 - t40
     t6 = c2 * (c3 * t17 + s3 * t7) - s2 * t6 - a1 * (s3 * t39)
-    out[3] = out[21] = t6
+    out[21] = out[3] = t6
     t6 = c4 * t34
     t2 = t12 + t2
     out[32] = t2
     t12 = c4 * t5 - s4 * t2 + t28 * d3
     t34 = t1 + d3 * t6 + a3 * (s4 * t34)
     t2 = a3 * t28 + s4 * t5 + c4 * t2
-    out[18] = out[30] = t2
+    out[30] = out[18] = t2
     t2 = a1 * (t28 * c3 - s3 * t6) + c2 * (c3 * t12 - s3 * t34) - s2 * t2
-    out[4] = out[28] = t2
+    out[28] = out[4] = t2
     t3 = t3 + yy6
     out[40] = t3
     t3 = t3 + t11 - t22
@@ -1599,14 +1599,14 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t11 = s5 * t21
     t2 = c4 * t22 - s4 * t14 - d3 * t11
     t3 = s5 * t15 - c5 * t3
-    out[26] = out[38] = -t3
+    out[38] = out[26] = -t3
     t21 = c5 * t21
     t15 = c4 * t21 + t10 * s4
     t21 = t3 - (a3 * (t10 * c4 - s4 * t21) - d3 * t15)
     t22 = s4 * t22 + c4 * t14 - a3 * t11
-    out[19] = out[37] = t22
+    out[37] = out[19] = t22
     t22 = c2 * (c3 * t2 - s3 * t21) - s2 * t22 - a1 * (s3 * t15 + c3 * t11)
-    out[5] = out[35] = t22
+    out[35] = out[5] = t22
     t22 = s6 * t16
     t16 = c6 * t16
     t15 = c5 * t16 + t8 * s5
@@ -1618,24 +1618,24 @@ def torque_terms(sin_q, cos_q, qd, constants, out):
     t16 = t13 + d5 * t16 + a5 * t22
     t13 = c5 * t10 - s5 * t16
     t3 = a5 * t8 + s6 * t4 + c6 * t3
-    out[34] = out[46] = t3
+    out[46] = out[34] = t3
     t8 = c4 * t13 - s4 * t3 + d3 * t14
     t16 = s5 * t10 + c5 * t16
-    out[27] = out[45] = -t16
+    out[45] = out[27] = -t16
     t16 = t16 - (d3 * t11 - a3 * (s4 * t15 + c4 * t22))
     t3 = a3 * t14 + s4 * t13 + c4 * t3
-    out[20] = out[44] = t3
+    out[44] = out[20] = t3
     t3 = a1 * (s3 * t11 + c3 * t14) + c2 * (c3 * t8 - s3 * t16) - s2 * t3
-    out[6] = out[42] = t3
+    out[42] = out[6] = t3
     out[8] = t38 + t25
     t7 = c3 * t7 - s3 * t17
-    out[10] = out[22] = t7
+    out[22] = out[10] = t7
     t34 = s3 * t12 + c3 * t34
-    out[11] = out[29] = -t34
+    out[29] = out[11] = -t34
     t21 = s3 * t2 + c3 * t21
-    out[12] = out[36] = -t21
+    out[36] = out[12] = -t21
     t16 = s3 * t8 + c3 * t16
-    out[13] = out[43] = -t16
+    out[43] = out[13] = -t16
     t16 = s2 * v1
     t8 = t16 * v2
     t21 = t8 + t8
@@ -2894,7 +2894,7 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
         hx6, hy6, xx7, yy7, xy7, xz7, yz7, hx7, hy7, hx1, hy1, a1, a3, d3, a5, d5, up_x, up_y,
         up_z,
     ) = constants
-    out[0] = out[50] = out[56] = out[57] = out[100] = out[107] = out[112] = out[113] = out[114] = out[150] = out[157] = out[164] = out[168] = out[169] = out[170] = out[171] = out[200] = out[207] = out[214] = out[221] = out[224] = out[225] = out[226] = out[227] = out[228] = out[250] = out[257] = out[264] = out[271] = out[278] = out[280] = out[281] = out[282] = out[283] = out[284] = out[285] = out[300] = out[307] = out[314] = out[321] = out[328] = out[335] = out[336] = out[337] = out[338] = out[339] = out[340] = out[341] = out[342] = 0.0
+    out[342] = out[341] = out[340] = out[339] = out[338] = out[337] = out[336] = out[335] = out[328] = out[321] = out[314] = out[307] = out[300] = out[285] = out[284] = out[283] = out[282] = out[281] = out[280] = out[278] = out[271] = out[264] = out[257] = out[250] = out[228] = out[227] = out[226] = out[225] = out[224] = out[221] = out[214] = out[207] = out[200] = out[171] = out[170] = out[169] = out[168] = out[164] = out[157] = out[150] = out[114] = out[113] = out[112] = out[107] = out[100] = out[57] = out[56] = out[50] = out[0] = 0.0
     t1 = c7 * hx7 - s7 * hy7
     t2 = hx6 + t1
     t3 = c6 * t2 - s6 * hy6
@@ -2972,21 +2972,21 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t44 = t10 + hx3
     t51 = t6 + hy3
     t39 = t39 - a1 * (s2 * (t9 + hy2) - c2 * (hx2 + c3 * t44 - s3 * t51))
-    out[1] = out[7] = -t39
+    out[7] = out[1] = -t39
     out[49] = t39
     t47 = c3 * t47 - s3 * (t48 + t48)
     t39 = t48 + s3 * t47
-    out[58] = out[64] = -t39
+    out[64] = out[58] = -t39
     out[106] = t39
     t42 = c3 * t42 + t40 * s3
     t51 = c3 * t51 + s3 * t44
     t39 = t39 - (t39 - c2 * (c2 * t39 + s2 * t42) - a1 * (s2 * t51))
-    out[2] = out[14] = t39
+    out[14] = out[2] = t39
     out[98] = -t39
     t33 = c4 * t33 - s4 * (t38 + t38)
     t38 = t38 + s4 * t33
     t39 = t8 + t38
-    out[115] = out[121] = -t39
+    out[121] = out[115] = -t39
     out[163] = t39
     t44 = c3 * t41
     t40 = s3 * t39 + t44
@@ -3000,11 +3000,11 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t45 = s3 * t19 - c3 * t33
     t9 = c3 * t9
     t52 = t52 + t53 - c2 * (c2 * (t53 - t38) + s2 * (t31 - t45)) - a1 * (s2 * t9 - c2 * t10)
-    out[3] = out[21] = -t52
+    out[21] = out[3] = -t52
     out[147] = t52
     t23 = c5 * t23 - s5 * (t28 + t28)
     t28 = t28 + s5 * t23
-    out[172] = out[178] = -t28
+    out[178] = out[172] = -t28
     out[220] = t28
     t52 = c4 * t13
     t20 = t52 - s4 * t28
@@ -3027,22 +3027,22 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t20 = c4 * t20
     t65 = t20 + d3 * t55
     t23 = s4 * t23 - c4 * t37
-    out[165] = out[177] = t23
-    out[213] = out[219] = -t23
+    out[177] = out[165] = t23
+    out[219] = out[213] = -t23
     t66 = d3 * t7 - t23
     t67 = c3 * t65 + s3 * t66
     t20 = a3 * t63 + t13 - t20
     t22 = s4 * t22
-    out[123] = out[129] = -t22
+    out[129] = out[123] = -t22
     t68 = c3 * t20 - s3 * t22
     t55 = c3 * t55 + t7 * s3
     t61 = t62 - c2 * (c2 * (t62 + t54) + s2 * (t67 - t68)) - a1 * (s2 * t55 + c2 * t63) - (t28 - t61)
-    out[4] = out[28] = -t61
+    out[28] = out[4] = -t61
     out[196] = t61
     t16 = c6 * t16 - s6 * (t18 + t18)
     t18 = t18 + s6 * t16
     t61 = t35 + t18
-    out[229] = out[235] = -t61
+    out[235] = out[229] = -t61
     out[277] = t61
     t69 = c5 * t25
     t70 = s5 * t61 + t69
@@ -3063,13 +3063,13 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t70 = c5 * t70
     t79 = t25 - t70
     t32 = s5 * t32
-    out[180] = out[186] = t32
+    out[186] = out[180] = t32
     t80 = c4 * t79 - s4 * t32
     t81 = s5 * t2
     t82 = t80 - a3 * t81
     t16 = s5 * t16 + c5 * t26
-    out[222] = out[234] = t16
-    out[270] = out[276] = -t16
+    out[234] = out[222] = t16
+    out[276] = out[270] = -t16
     t83 = c4 * t70 + s4 * t16
     t84 = s3 * (t71 - t78) + c3 * (t82 - t83)
     t85 = s3 * t84
@@ -3078,19 +3078,19 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t88 = d3 * t87
     t74 = t18 + t74 + t88
     t79 = s4 * t79 + c4 * t32
-    out[166] = out[184] = t79
-    out[262] = out[268] = -t79
+    out[184] = out[166] = t79
+    out[268] = out[262] = -t79
     t89 = t79 + d3 * t81
     t73 = c4 * t73
     t90 = t21 - t73 + d3 * t76
     t91 = s3 * t89 - c3 * t90
     t70 = c4 * t16 - s4 * t70
-    out[124] = out[136] = t70
+    out[136] = out[124] = t70
     t73 = t15 + t73 - a3 * t87
     t92 = s3 * t70 + c3 * t73
     t76 = s3 * t81 - c3 * t76
     t85 = t86 - c2 * (c2 * (t86 - t74) - s2 * (t91 + t92)) + a1 * (s2 * t76 + c2 * t87) + t71 - t85
-    out[5] = out[35] = -t85
+    out[35] = out[5] = -t85
     out[245] = t85
     t85 = s6 * t5
     t93 = c6 * t5
@@ -3099,7 +3099,7 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t96 = a3 * t95
     t12 = c7 * t12 - s7 * (xy7 + xy7)
     t97 = xy7 + s7 * t12
-    out[286] = out[292] = -t97
+    out[292] = out[286] = -t97
     out[334] = t97
     t98 = c6 * t24
     t99 = t98 - s6 * t97
@@ -3118,13 +3118,13 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t99 = c6 * t99
     t110 = t99 + d5 * t93
     t12 = s6 * t12 - c6 * t17
-    out[279] = out[291] = t12
-    out[327] = out[333] = -t12
+    out[291] = out[279] = t12
+    out[333] = out[327] = -t12
     t111 = t1 * d5 - t12
     t112 = c5 * t110 + s5 * t111
     t99 = a5 * t85 + t24 - t99
     t103 = s6 * t103
-    out[237] = out[243] = -t103
+    out[243] = out[237] = -t103
     t113 = c5 * t99 - s5 * t103
     t114 = d5 * t85
     t100 = t100 + t114
@@ -3135,12 +3135,12 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t107 = c5 * t107
     t106 = t106 + t107
     t99 = s5 * t99 + c5 * t103
-    out[223] = out[241] = -t99
-    out[319] = out[325] = t99
+    out[241] = out[223] = -t99
+    out[325] = out[319] = t99
     t118 = c4 * t106 - s4 * t99
     t107 = t104 - t107
     t111 = c5 * t111 - s5 * t110
-    out[181] = out[193] = -t111
+    out[193] = out[181] = -t111
     t110 = c4 * t107 + s4 * t111
     t119 = c5 * t1 - s5 * t93
     t120 = t110 + a3 * t119
@@ -3153,85 +3153,85 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t115 = c4 * t115
     t126 = d3 * t95 - (t113 + t115)
     t107 = s4 * t107 - c4 * t111
-    out[167] = out[191] = t107
-    out[311] = out[317] = -t107
+    out[191] = out[167] = t107
+    out[317] = out[311] = -t107
     t127 = d3 * t119 - t107
     t128 = c3 * t126 - s3 * t127
     t115 = a3 * t124 + t112 - t115
     t106 = s4 * t106 + c4 * t99
-    out[125] = out[143] = -t106
+    out[143] = out[125] = -t106
     t129 = c3 * t115 - s3 * t106
     t95 = c3 * t95 - s3 * t119
     t122 = t123 - c2 * (c2 * (t123 - t116) + s2 * (t128 + t129)) + a1 * (c2 * t124 - s2 * t95) + t108 + t122
-    out[6] = out[42] = t122
+    out[42] = out[6] = t122
     out[294] = -t122
     out[8] = c2 * (t42 - yz2) - s2 * (xz2 - (t48 - c3 * t49))
     t47 = c3 * t47
     t46 = c2 * (t47 - t46)
-    out[9] = out[15] = t46
+    out[15] = out[9] = t46
     t40 = c3 * t40
     t33 = s3 * t33 + c3 * t19
-    out[108] = out[120] = t33
-    out[156] = out[162] = -t33
+    out[120] = out[108] = t33
+    out[162] = out[156] = -t33
     t33 = c2 * t40 + s2 * t33
-    out[10] = out[22] = -t33
+    out[22] = out[10] = -t33
     t60 = c3 * t60
     t20 = s3 * t20 + c3 * t22
-    out[109] = out[127] = -t20
-    out[205] = out[211] = t20
+    out[127] = out[109] = -t20
+    out[211] = out[205] = t20
     t20 = s2 * t20 - c2 * (t59 + t60)
-    out[11] = out[29] = t20
+    out[29] = out[11] = t20
     t73 = s3 * t73 - c3 * t70
-    out[110] = out[134] = -t73
-    out[254] = out[260] = t73
+    out[134] = out[110] = -t73
+    out[260] = out[254] = t73
     t84 = c3 * t84
     t73 = s2 * t73 - c2 * (t82 - t84)
-    out[12] = out[36] = t73
+    out[36] = out[12] = t73
     t121 = c3 * t121
     t115 = s3 * t115 + c3 * t106
-    out[111] = out[141] = -t115
-    out[303] = out[309] = t115
+    out[141] = out[111] = -t115
+    out[309] = out[303] = t115
     t115 = s2 * t115 - c2 * (t120 - t121)
-    out[13] = out[43] = t115
+    out[43] = out[13] = t115
     out[16] = -(c2 * t42 + a1 * t51)
     t39 = s2 * t39
     t9 = c2 * t31 - t39 + a1 * t9
-    out[17] = out[23] = -t9
+    out[23] = out[17] = -t9
     t57 = t28 - t57
-    out[116] = out[128] = t57
+    out[128] = out[116] = t57
     out[212] = -t57
     t57 = s2 * t57
     t55 = c2 * t67 + t57 + a1 * t55
-    out[18] = out[30] = -t55
+    out[30] = out[18] = -t55
     t78 = t71 + t78
-    out[117] = out[135] = -t78
+    out[135] = out[117] = -t78
     out[261] = t78
     t78 = s2 * t78
     t76 = a1 * t76 + c2 * t91 + t78
-    out[19] = out[37] = t76
+    out[37] = out[19] = t76
     t108 = t117 + t108
-    out[118] = out[142] = t108
+    out[142] = out[118] = t108
     out[310] = -t108
     t108 = s2 * t108
     t95 = a1 * t95 + c2 * t128 - t108
-    out[20] = out[44] = t95
+    out[44] = out[20] = t95
     t8 = t11 + t8
     out[24] = -(a1 * (t10 * s3) + c2 * (t44 + s3 * t8) + s2 * t19)
     t64 = t28 + t56 - t64
     t22 = a1 * (s3 * t63) + s2 * t22 - c2 * (c3 * t58 + s3 * t64)
-    out[25] = out[31] = t22
+    out[31] = out[25] = t22
     t18 = t72 + t18
-    out[173] = out[185] = -t18
+    out[185] = out[173] = -t18
     out[269] = t18
     t88 = t18 + t77 + t88
     t70 = a1 * (s3 * t87) + c2 * (c3 * t83 + s3 * t88) + s2 * t70
-    out[26] = out[38] = -t70
+    out[38] = out[26] = -t70
     t100 = t109 - t100
-    out[174] = out[192] = -t100
+    out[192] = out[174] = -t100
     out[318] = t100
     t125 = t100 - (t96 + t125)
     t106 = a1 * (s3 * t124) - (c2 * (c3 * t118 + s3 * t125) - s2 * t106)
-    out[27] = out[45] = t106
+    out[45] = out[27] = t106
     t106 = c4 * t7
     t52 = t4 + t52
     t37 = t37 + d3 * t106 + a3 * (t7 * s4)
@@ -3244,21 +3244,21 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t81 = t32 + d3 * t29 + a3 * (s4 * t81)
     t61 = c4 * t61
     t15 = s4 * t15 + t61 + a3 * t75
-    out[131] = out[137] = -t15
+    out[137] = out[131] = -t15
     t15 = a1 * (s3 * t29 - c3 * t75) - (c2 * (c3 * t6 - s3 * t81) - s2 * t15)
-    out[33] = out[39] = t15
+    out[39] = out[33] = t15
     t15 = c4 * t119
     t102 = t97 - t102
-    out[230] = out[242] = t102
+    out[242] = out[230] = t102
     out[326] = -t102
     t29 = s4 * t102
     t75 = c4 * t112 + t29 + d3 * t94
     t119 = t111 + d3 * t15 + a3 * (s4 * t119)
     t102 = c4 * t102
     t112 = s4 * t112 - t102 + a3 * t94
-    out[132] = out[144] = -t112
+    out[144] = out[132] = -t112
     t112 = a1 * (s3 * t15 + c3 * t94) + c2 * (c3 * t75 + s3 * t119) - s2 * t112
-    out[34] = out[46] = -t112
+    out[46] = out[34] = -t112
     t112 = c5 * t3
     t15 = c4 * t112 - s4 * t2
     t3 = t3 * s5
@@ -3278,12 +3278,12 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     t101 = c5 * t104 + s5 * t114
     t15 = s4 * t103 - c4 * t101 + d3 * t85
     t114 = c5 * t114 - s5 * t104
-    out[188] = out[194] = -t114
+    out[194] = out[188] = -t114
     t114 = t114 - (d3 * t3 + a3 * (s4 * t69 - c4 * t93))
     t101 = s4 * t101 + c4 * t103 - a3 * t85
-    out[139] = out[145] = -t101
+    out[145] = out[139] = -t101
     t101 = a1 * (s3 * t3 + c3 * t85) + c2 * (c3 * t15 - s3 * t114) + s2 * t101
-    out[41] = out[47] = t101
+    out[47] = out[41] = t101
     t101 = c6 * t1
     t85 = c5 * t101 - s5 * t5
     t1 = t1 * s6
@@ -3302,120 +3302,120 @@ def christoffel_symbols(sin_q, cos_q, constants, out):
     out[146] = -t27
     out[48] = -(a1 * (s3 * t3 + c3 * t5) + c2 * (c3 * t24 - s3 * t101) - s2 * t27)
     t47 = c2 * (t30 + t47) + t43 * s2
-    out[51] = out[63] = t47
-    out[99] = out[105] = -t47
+    out[63] = out[51] = t47
+    out[105] = out[99] = -t47
     t50 = s3 * t50
-    out[66] = out[72] = t50
+    out[72] = out[66] = t50
     t50 = s2 * t50 - c2 * (t41 - t40)
-    out[52] = out[70] = -t50
-    out[148] = out[154] = t50
+    out[70] = out[52] = -t50
+    out[154] = out[148] = t50
     t66 = c3 * t66 - s3 * t65
-    out[67] = out[79] = -t66
+    out[79] = out[67] = -t66
     t66 = c2 * (t58 - t60) + s2 * t66
-    out[53] = out[77] = t66
-    out[197] = out[203] = -t66
+    out[77] = out[53] = t66
+    out[203] = out[197] = -t66
     t90 = s3 * t90 + c3 * t89
-    out[68] = out[86] = t90
+    out[86] = out[68] = t90
     t90 = s2 * t90 - c2 * (t83 + t84)
-    out[54] = out[84] = -t90
-    out[246] = out[252] = t90
+    out[84] = out[54] = -t90
+    out[252] = out[246] = t90
     t127 = s3 * t126 + c3 * t127
-    out[69] = out[93] = -t127
+    out[93] = out[69] = -t127
     t127 = c2 * (t118 + t121) + s2 * t127
-    out[55] = out[91] = t127
-    out[295] = out[301] = -t127
+    out[91] = out[55] = t127
+    out[301] = out[295] = -t127
     t38 = t53 + t38
-    out[59] = out[71] = -t38
+    out[71] = out[59] = -t38
     out[155] = t38
     t54 = t62 - t54
-    out[60] = out[78] = -t54
+    out[78] = out[60] = -t54
     out[204] = t54
     t74 = t86 + t74
-    out[61] = out[85] = -t74
+    out[85] = out[61] = -t74
     out[253] = t74
     t116 = t123 + t116
-    out[62] = out[92] = t116
+    out[92] = out[62] = t116
     out[302] = -t116
     out[73] = s3 * t41 - c3 * t8
     t64 = s3 * t58 - c3 * t64
-    out[74] = out[80] = t64
+    out[80] = out[74] = t64
     t88 = s3 * t83 - c3 * t88
-    out[75] = out[87] = t88
+    out[87] = out[75] = t88
     t125 = s3 * t118 - c3 * t125
-    out[76] = out[94] = t125
+    out[94] = out[76] = t125
     out[81] = s3 * t52 - c3 * t37
     t81 = s3 * t6 + c3 * t81
-    out[82] = out[88] = t81
+    out[88] = out[82] = t81
     t119 = s3 * t75 - c3 * t119
-    out[83] = out[95] = t119
+    out[95] = out[83] = t119
     out[89] = s3 * t34 + c3 * t35
     t114 = s3 * t15 + c3 * t114
-    out[90] = out[96] = -t114
+    out[96] = out[90] = -t114
     out[97] = s3 * t24 + c3 * t101
     t39 = t39 + c2 * t45
-    out[101] = out[119] = t39
-    out[149] = out[161] = -t39
+    out[119] = out[101] = t39
+    out[161] = out[149] = -t39
     t57 = t57 - c2 * t68
-    out[102] = out[126] = -t57
-    out[198] = out[210] = t57
+    out[126] = out[102] = -t57
+    out[210] = out[198] = t57
     t78 = t78 + c2 * t92
-    out[103] = out[133] = t78
-    out[247] = out[259] = -t78
+    out[133] = out[103] = t78
+    out[259] = out[247] = -t78
     t108 = t108 - c2 * t129
-    out[104] = out[140] = -t108
-    out[296] = out[308] = t108
+    out[140] = out[104] = -t108
+    out[308] = out[296] = t108
     t23 = c2 * (s3 * t28 - c3 * t14) + s2 * t23
-    out[151] = out[175] = -t23
-    out[199] = out[217] = t23
+    out[175] = out[151] = -t23
+    out[217] = out[199] = t23
     t79 = c2 * (c3 * t80 - s3 * t18) - s2 * t79
-    out[152] = out[182] = t79
-    out[248] = out[266] = -t79
+    out[182] = out[152] = t79
+    out[266] = out[248] = -t79
     t107 = c2 * (c3 * t110 - s3 * t100) - s2 * t107
-    out[153] = out[189] = t107
-    out[297] = out[315] = -t107
+    out[189] = out[153] = t107
+    out[315] = out[297] = -t107
     t14 = s3 * t14 + c3 * t28
-    out[158] = out[176] = -t14
-    out[206] = out[218] = t14
+    out[176] = out[158] = -t14
+    out[218] = out[206] = t14
     t18 = s3 * t80 + c3 * t18
-    out[159] = out[183] = -t18
-    out[255] = out[267] = t18
+    out[183] = out[159] = -t18
+    out[267] = out[255] = t18
     t100 = c3 * t100 + s3 * t110
-    out[160] = out[190] = -t100
-    out[304] = out[316] = t100
+    out[190] = out[160] = -t100
+    out[316] = out[304] = t100
     t106 = t106 + c4 * t21
     t61 = t61 - s4 * t21
-    out[215] = out[233] = -t61
-    out[263] = out[275] = t61
+    out[233] = out[215] = -t61
+    out[275] = out[263] = t61
     t61 = c2 * (c3 * t106 + s3 * t16) + s2 * t61
-    out[201] = out[231] = t61
-    out[249] = out[273] = -t61
+    out[231] = out[201] = t61
+    out[273] = out[249] = -t61
     t29 = t29 - c4 * t113
     t102 = t102 + s4 * t113
-    out[216] = out[240] = t102
-    out[312] = out[324] = -t102
+    out[240] = out[216] = t102
+    out[324] = out[312] = -t102
     t102 = c2 * (c3 * t29 + s3 * t99) + s2 * t102
-    out[202] = out[238] = -t102
-    out[298] = out[322] = t102
+    out[238] = out[202] = -t102
+    out[322] = out[298] = t102
     t106 = s3 * t106 - c3 * t16
-    out[208] = out[232] = -t106
-    out[256] = out[274] = t106
+    out[232] = out[208] = -t106
+    out[274] = out[256] = t106
     t29 = s3 * t29 - c3 * t99
-    out[209] = out[239] = t29
-    out[305] = out[323] = -t29
+    out[239] = out[209] = t29
+    out[323] = out[305] = -t29
     t29 = s5 * t97 - c5 * t105
     t99 = c4 * t29 + s4 * t12
     t105 = s5 * t105 + c5 * t97
-    out[272] = out[290] = -t105
-    out[320] = out[332] = t105
+    out[290] = out[272] = -t105
+    out[332] = out[320] = t105
     t29 = s4 * t29 - c4 * t12
-    out[265] = out[289] = -t29
-    out[313] = out[331] = t29
+    out[289] = out[265] = -t29
+    out[331] = out[313] = t29
     t29 = c2 * (c3 * t99 + s3 * t105) - s2 * t29
-    out[251] = out[287] = -t29
-    out[299] = out[329] = t29
+    out[287] = out[251] = -t29
+    out[329] = out[299] = t29
     t105 = s3 * t99 - c3 * t105
-    out[258] = out[288] = t105
-    out[306] = out[330] = -t105
+    out[288] = out[258] = t105
+    out[330] = out[306] = -t105
 
 
 def christoffel_symbols_row(q, constants, out):
@@ -3485,8 +3485,9 @@ def regressor(sin_q, cos_q, qd, qdd, constants, out):
     t2 = t1 * v2
     t3 = u1 * s2
     out[50] = -t3
-    out[45] = out[88] = out[89] = out[90] = out[91] = out[92] = out[93] = out[94] = out[95] = out[96] = out[97] = out[133] = out[134] = out[135] = out[136] = out[137] = out[138] = out[139] = out[140] = out[141] = out[142] = out[143] = out[144] = out[145] = out[146] = out[147] = out[148] = out[149] = out[178] = out[179] = out[180] = out[181] = out[182] = out[183] = out[184] = out[185] = out[186] = out[187] = out[188] = out[189] = out[190] = out[191] = out[192] = out[193] = out[194] = out[195] = out[196] = out[197] = out[198] = out[199] = out[200] = out[201] = out[223] = out[224] = out[225] = out[226] = out[227] = out[228] = out[229] = out[230] = out[231] = out[232] = out[233] = out[234] = out[235] = out[236] = out[237] = out[238] = out[239] = out[240] = out[241] = out[242] = out[243] = out[244] = out[245] = out[246] = out[247] = out[248] = out[249] = out[250] = out[251] = out[252] = out[253] = out[268] = out[269] = out[270] = out[271] = out[272] = out[273] = out[274] = out[275] = out[276] = out[277] = out[278] = out[279] = out[280] = out[281] = out[282] = out[283] = out[284] = out[285] = out[286] = out[287] = out[288] = out[289] = out[290] = out[291] = out[292] = out[293] = out[294] = out[295] = out[296] = out[297] = out[298] = out[299] = out[300] = out[301] = out[302] = out[303] = out[304] = out[305] = out[313] = out[314] = 0.0
-    t3 = t2 = t2 + t3
+    out[314] = out[313] = out[305] = out[304] = out[303] = out[302] = out[301] = out[300] = out[299] = out[298] = out[297] = out[296] = out[295] = out[294] = out[293] = out[292] = out[291] = out[290] = out[289] = out[288] = out[287] = out[286] = out[285] = out[284] = out[283] = out[282] = out[281] = out[280] = out[279] = out[278] = out[277] = out[276] = out[275] = out[274] = out[273] = out[272] = out[271] = out[270] = out[269] = out[268] = out[253] = out[252] = out[251] = out[250] = out[249] = out[248] = out[247] = out[246] = out[245] = out[244] = out[243] = out[242] = out[241] = out[240] = out[239] = out[238] = out[237] = out[236] = out[235] = out[234] = out[233] = out[232] = out[231] = out[230] = out[229] = out[228] = out[227] = out[226] = out[225] = out[224] = out[223] = out[201] = out[200] = out[199] = out[198] = out[197] = out[196] = out[195] = out[194] = out[193] = out[192] = out[191] = out[190] = out[189] = out[188] = out[187] = out[186] = out[185] = out[184] = out[183] = out[182] = out[181] = out[180] = out[179] = out[178] = out[149] = out[148] = out[147] = out[146] = out[145] = out[144] = out[143] = out[142] = out[141] = out[140] = out[139] = out[138] = out[137] = out[136] = out[135] = out[134] = out[133] = out[97] = out[96] = out[95] = out[94] = out[93] = out[92] = out[91] = out[90] = out[89] = out[88] = out[45] = 0.0
+    t3 = t2 + t3
+    t2 = t2 + t3
     out[1] = s2 * t2
     t4 = s2 * v1
     t5 = v2 * t4

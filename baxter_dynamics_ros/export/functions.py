@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 from ..closed_form.program import Program
 from ..closed_form.quantities import CONSTANTS
-from ..closed_form.quantities import program_of
 from ..closed_form.quantities import QUANTITIES
 from ..closed_form.quantities import Quantity
 from ..closed_form.quantities import TILTED_REGRESSOR
@@ -74,11 +73,14 @@ def derive(arm: BaxterArm, symbols=DEFAULT_SYMBOLS) -> list:
 
     Raises
     ------
+    ImportError
+        If CasADi is not installed.
     ArgumentError
         If a symbol is unknown or named twice, or there is none, or the arm leaves theta_2's
         offset out.
 
     """
+    from ..closed_form.derivation import program_of  # CasADi
     if (arm.parameters.theta_offset != theta_offsets()).any():
         raise ArgumentError('parameters', 'the functions have theta_2 = q_2 + pi/2 built in; '
                             'an arm without that correction cannot be exported')

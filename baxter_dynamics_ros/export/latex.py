@@ -9,8 +9,8 @@ from .legend import head
 from .legend import parameters
 from .notation import formula
 from .notation import symbol
+from ..closed_form.derivation import program_of
 from ..closed_form.formulation import Formulation
-from ..closed_form.quantities import program_of
 from ..closed_form.quantities import Quantity
 from ..closed_form.source import assignments
 from ..core.arm import BaxterArm

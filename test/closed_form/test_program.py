@@ -7,8 +7,8 @@ import pytest
 
 casadi = pytest.importorskip('casadi', reason='needed to derive the closed form: '
                              'pip install casadi')
-from baxter_dynamics_ros.closed_form.program import Program  # noqa: E402,I100
-from baxter_dynamics_ros.closed_form.quantities import program_of  # noqa: E402
+from baxter_dynamics_ros.closed_form.derivation import program_of  # noqa: E402,I100
+from baxter_dynamics_ros.closed_form.derivation import trace  # noqa: E402
 from baxter_dynamics_ros.closed_form.quantities import QUANTITIES  # noqa: E402
 from baxter_dynamics_ros.closed_form.source import assignments  # noqa: E402
 
@@ -36,7 +36,7 @@ def run(program, outputs=None, **options):
     (x / y + z / y, 4),
 ])
 def test_each_value_is_kept_once_up_to_its_sign(expression, operations):
-    program = Program(SYMBOLS, [expression])
+    program = trace(SYMBOLS, [expression])
     assert program.operations() == operations
     value = casadi.Function('f', SYMBOLS, [expression])(2, 3, 5, 7)
     assert run(program) == pytest.approx([float(value)])
@@ -49,23 +49,23 @@ def test_each_value_is_kept_once_up_to_its_sign(expression, operations):
 def test_brackets(expression):
     value = float(casadi.Function('f', SYMBOLS, [expression])(2, 3, 5, 7))
     for longest in (2, 16):
-        assert run(Program(SYMBOLS, [expression]), longest=longest) == pytest.approx([value])
+        assert run(trace(SYMBOLS, [expression]), longest=longest) == pytest.approx([value])
 
 
 def test_a_difference_is_turned_to_spare_a_minus_sign():
-    text = dict(assignments(Program(SYMBOLS, [y - x, -(z - w) * x]), ['a', 'b']))
+    text = dict(assignments(trace(SYMBOLS, [y - x, -(z - w) * x]), ['a', 'b']))
     assert text['a'] == 'y - x'
     assert not text['b'].startswith('-')
 
 
 def test_outputs_that_are_inputs_numbers_and_repeated():
-    program = Program(SYMBOLS, [x, casadi.SX(3), -y, x * y, x * y, -x * y, 0])
+    program = trace(SYMBOLS, [x, casadi.SX(3), -y, x * y, x * y, -x * y, 0])
     assert run(program) == [2.0, 3.0, -3.0, 6.0, 6.0, -6.0, 0.0]
 
 
 def test_an_unknown_operation_is_refused():
     with pytest.raises(Exception, match='no rule for the CasADi operation'):
-        Program(SYMBOLS, [casadi.sqrt(x)])
+        trace(SYMBOLS, [casadi.sqrt(x)])
 
 
 @pytest.mark.parametrize('options', [

@@ -20,6 +20,7 @@ EXACT = {'rtol': 0.0, 'atol': 1e-11}
 @pytest.fixture
 def functions():
     """Return a function that derives an arm's functions, of all quantities by default."""
+    pytest.importorskip('casadi', reason='needed to derive: pip install casadi')
     return lambda arm, symbols=tuple(SYMBOLS): [
         _derive(symbol, arm.dynamics.upright) for symbol in symbols]
 

@@ -1,0 +1,99 @@
+"""
+From a quantity to its program: the formulation, run on CasADi's symbols.
+
+CasADi does the algebra (structural zeros and ones, constants).
+"""
+
+import casadi
+
+from .frames import N
+from .program import Program
+from .quantities import CONSTANTS
+from .quantities import formulate
+from .quantities import Quantity
+from ..core.exceptions import BaxterDynamicsError
+
+_ONLY_TILTED = ('hx1', 'hy1', 'up_x', 'up_y')
+
+
+def program_of(quantity: Quantity, tilted: bool) -> Program:
+    """
+    Derive the program of a quantity.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        What to compute.
+    tilted : bool
+        Whether gravity may have any direction in frame {0}; otherwise it is along the axis of
+        joint 1, which saves a few operations.
+
+    """
+    vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
+    constants = {name: 0 if name in _ONLY_TILTED and not tilted else casadi.SX.sym(name)
+                 for name in CONSTANTS}
+    formulation = formulate(vectors['sin_q'], vectors['cos_q'], constants)
+    values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))
+    symbols = [symbol for vector in vectors.values() for symbol in vector]
+    symbols += [value for value in constants.values() if isinstance(value, casadi.SX)]
+    return trace(symbols, _flat(values))
+
+
+def trace(inputs, outputs) -> Program:
+    """
+    Turn expressions into a program.
+
+    Parameters
+    ----------
+    inputs : sequence of casadi.SX
+        Scalar symbols, by whose names the program knows them.
+    outputs : sequence
+        casadi.SX scalars or numbers.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If an expression has other operations than the four and squares.
+
+    """
+    function = casadi.Function('f', [casadi.vertcat(*inputs)],
+                               [casadi.densify(casadi.vertcat(*outputs))])
+    program, work, results = Program(), {}, {}
+    for k in range(function.n_instructions()):
+        operator = function.instruction_id(k)
+        read = function.instruction_input(k)
+        write = function.instruction_output(k)
+        if operator == casadi.OP_INPUT:
+            work[write[0]] = program.input(inputs[read[1]].name())
+        elif operator == casadi.OP_CONST:
+            work[write[0]] = program.number(function.instruction_constant(k))
+        elif operator == casadi.OP_OUTPUT:
+            results[write[1]] = work[read[0]]
+        elif operator in _RULES:
+            work[write[0]] = _RULES[operator](program, *(work[i] for i in read))
+        else:
+            raise BaxterDynamicsError(f'no rule for the CasADi operation {operator}')
+    program.outputs = [results[i] for i in range(len(outputs))]
+    return program
+
+
+_RULES = {
+    casadi.OP_ADD: Program.sum,
+    casadi.OP_SUB: Program.difference,
+    casadi.OP_MUL: Program.product,
+    casadi.OP_DIV: Program.quotient,
+    casadi.OP_NEG: Program.negative,
+    casadi.OP_SQ: lambda program, x: program.product(x, x),
+    casadi.OP_TWICE: lambda program, x: program.sum(x, x),
+    casadi.OP_INV: lambda program, x: program.quotient(program.number(1.0), x),
+}
+
+
+def _symbols(name: str) -> list:
+    return [casadi.SX.sym(f'{name}[{i}]') for i in range(N)]
+
+
+def _flat(values) -> list:
+    if isinstance(values, (list, tuple)):
+        return [scalar for value in values for scalar in _flat(value)]
+    return [values]
