@@ -15,8 +15,6 @@ import numpy as np
 from .core import _closed_form
 
 _BLOCK = 1024  # states computed at a time
-# There is no division by zero that would have to be seen.
-_OPTIONS = {'cache': True, 'error_model': 'numpy'}
 
 # pi/2 in three parts, of which the first two have trailing zeros: no loss up to _LARGEST.
 _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
@@ -24,7 +22,15 @@ _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
 _LARGEST = 1e5  # [rad]
 
 
-@numba.njit(**_OPTIONS)
+def _jit(function):
+    # There is no division by zero that would have to be seen.
+    try:
+        return numba.njit(cache=True, error_model='numpy')(function)
+    except RuntimeError:  # no folder to keep it in: it is compiled in each process
+        return numba.njit(error_model='numpy')(function)
+
+
+@_jit
 def sines_and_cosines(angles, sines, cosines):
     """
     Write sin and cos of angles [rad] to arrays as long, to an error of 2e-16.
@@ -63,7 +69,7 @@ def _compile():
     spec.loader.exec_module(module)
     for name, function in list(vars(module).items()):
         if isinstance(function, FunctionType):
-            setattr(module, name, numba.njit(**_OPTIONS)(function))  # they meet by their names
+            setattr(module, name, _jit(function))  # they meet by their names
     return module
 
 

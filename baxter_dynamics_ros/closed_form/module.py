@@ -1,5 +1,6 @@
 """Write ``core/_closed_form.py``: the one generated module."""
 
+from math import prod
 from pathlib import Path
 from textwrap import fill
 
@@ -40,14 +41,16 @@ from math import sin
 
 def module_text() -> str:
     """Return the text of the module."""
-    parts = [_HEAD, _tuple('CONSTANTS = ', CONSTANTS, repr), '\n']
-    for quantity in QUANTITIES.values():
-        if quantity.name in UPRIGHT:
-            parts.append(_function(f'{quantity.name}_upright', quantity, tilted=False))
-        if quantity.name == 'regressor':
-            quantity = TILTED_REGRESSOR
-        if quantity.name != 'coriolis_matrix':  # terms() has it, for little more
-            parts.append(_function(quantity.name, quantity, tilted=True))
+    quantities = {**QUANTITIES, TILTED_REGRESSOR.name: TILTED_REGRESSOR}
+    parts = [_HEAD, _tuple('CONSTANTS = ', CONSTANTS, repr),
+             '\n# How many scalars each function gives.\nSIZES = {\n',
+             *(f'    {name!r}: {_size(quantity)},\n' for name, quantity in quantities.items()),
+             '}\n# Those that have a form for gravity along the axis of joint 1, ..._upright.\n',
+             _tuple('UPRIGHT = ', UPRIGHT, repr), '\n']
+    for name, quantity in quantities.items():
+        if name in UPRIGHT:
+            parts.append(_function(f'{name}_upright', quantity, tilted=False))
+        parts.append(_function(name, quantity, tilted=True))
     return ''.join(parts)
 
 
@@ -56,6 +59,10 @@ def write_module(path: Path = PATH):
     sibling = path.with_suffix('.partial')
     sibling.write_text(module_text(), encoding='utf-8')
     sibling.replace(path)
+
+
+def _size(quantity: Quantity) -> int:
+    return sum(prod(output.shape) for output in quantity.outputs)
 
 
 def _function(name: str, quantity: Quantity, tilted: bool) -> str:

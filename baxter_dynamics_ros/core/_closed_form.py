@@ -24,6 +24,23 @@ CONSTANTS = (
     'xx7', 'yy7', 'xy7', 'xz7', 'yz7', 'hx7', 'hy7', 'hx1', 'hy1', 'a1', 'a3', 'd3', 'a5',
     'd5', 'up_x', 'up_y', 'up_z',
 )
+# How many scalars each function gives.
+SIZES = {
+    'mass_matrix': 49,
+    'gravity': 7,
+    'coriolis_matrix': 49,
+    'coriolis_torque': 7,
+    'terms': 105,
+    'torque_terms': 63,
+    'momentum_terms': 21,
+    'inverse_dynamics': 7,
+    'forward_dynamics': 7,
+    'christoffel_symbols': 343,
+    'regressor': 315,
+    'inverse_dynamics_gradient': 98,
+}
+# Those that have a form for gravity along the axis of joint 1, ..._upright.
+UPRIGHT = ('gravity', 'torque_terms', 'inverse_dynamics')
 
 
 def mass_matrix(sin_q, cos_q, constants, out):
@@ -389,6 +406,442 @@ def gravity_rows(sin_q, cos_q, constants, out):
         gravity(
             (sin_q[i, 0], sin_q[i, 1], sin_q[i, 2], sin_q[i, 3], sin_q[i, 4], sin_q[i, 5], sin_q[i, 6]),
             (cos_q[i, 0], cos_q[i, 1], cos_q[i, 2], cos_q[i, 3], cos_q[i, 4], cos_q[i, 5], cos_q[i, 6]),
+            numbers, out[i])
+
+
+def coriolis_matrix(sin_q, cos_q, qd, constants, out):
+    """Compute C (7, 7) [kg m^2/s]: 1242 operations."""
+    (s1, s2, s3, s4, s5, s6, s7) = sin_q
+    (c1, c2, c3, c4, c5, c6, c7) = cos_q
+    (v1, v2, v3, v4, v5, v6, v7) = qd
+    (
+        izz1, xx2, yy2, xy2, xz2, yz2, hx2, hy2, xx3, yy3, xy3, xz3, yz3, hx3, hy3, xx4, yy4,
+        xy4, xz4, yz4, hx4, hy4, xx5, yy5, xy5, xz5, yz5, hx5, hy5, xx6, yy6, xy6, xz6, yz6,
+        hx6, hy6, xx7, yy7, xy7, xz7, yz7, hx7, hy7, hx1, hy1, a1, a3, d3, a5, d5, up_x, up_y,
+        up_z,
+    ) = constants
+    t1 = v7 * xy7
+    t2 = v7 * xx7
+    t3 = v7 * yy7
+    out[48] = 0.0
+    t4 = c7 * (t2 - t3) - s7 * (t1 + t1)
+    t1 = t1 + s7 * t4
+    out[40] = -t1
+    t5 = c7 * xz7 - s7 * yz7
+    t6 = xy6 - t5
+    t7 = v6 * t6
+    t8 = t1 + t7
+    t9 = v7 * yz7
+    t10 = v7 * xz7
+    t11 = c7 * t9 + s7 * t10 - v6 * yy6
+    t12 = s7 * (xx7 - yy7) + xy7 * (c7 + c7)
+    t13 = s7 * t12
+    t14 = xx6 + xx7 - t13
+    t15 = v6 * t14
+    t16 = c6 * (t11 + t15) - s6 * (t7 + t8)
+    t17 = s6 * t16
+    t18 = v7 * hy7
+    t19 = v7 * hx7
+    t20 = c7 * t18 + s7 * t19
+    t21 = t20 + v6 * hy6
+    t22 = c7 * hx7 - s7 * hy7
+    t23 = hx6 + t22
+    t24 = v6 * t23
+    t25 = c6 * t21 + s6 * t24
+    t8 = t8 + t17 + a5 * t25
+    t12 = xz6 - (xy7 - c7 * t12)
+    t26 = s7 * xz7 + c7 * yz7
+    t27 = yz6 - t26
+    t28 = c6 * t12 - s6 * t27
+    t29 = s7 * hx7 + c7 * hy7
+    t30 = xy5 + t28 + a5 * t29
+    t31 = v5 * t30
+    t32 = t8 + t31
+    t4 = c7 * t4
+    t2 = t2 - t4
+    t33 = t2 + v6 * t27
+    t34 = v6 * t12
+    t13 = yy5 + yy7 + t13
+    t35 = c6 * t33 + s6 * t34 + v5 * t13
+    t4 = t3 + t4
+    t10 = c7 * t10 - s7 * t9
+    t19 = c7 * t19 - s7 * t18
+    t18 = s6 * (yy6 - t14) - t6 * (c6 + c6)
+    t9 = s6 * t18
+    t3 = c6 * t23 - s6 * hy6
+    t36 = a5 * t3
+    t37 = xx5 + t36 + t14 + t9 + t36
+    t38 = c6 * t4 + s6 * t10 + a5 * t19 + v5 * t37
+    t31 = t1 + t31
+    t39 = c5 * (t35 - t38) + s5 * (t32 + t31)
+    t40 = s5 * t39
+    t32 = t32 - t40
+    t41 = s6 * t23 + c6 * hy6
+    t18 = xz5 + t3 * d5 + t6 + c6 * t18 - a5 * t41
+    t42 = s6 * t12 + c6 * t27
+    t43 = yz5 + t29 * d5 - t42
+    t44 = c5 * t18 - s5 * t43
+    t45 = xy4 - t44
+    t46 = v4 * t45
+    t47 = t32 + t46
+    t16 = c6 * t16
+    t15 = t15 - t16 - t25 * d5
+    t48 = t15 - v5 * t43
+    t49 = t19 * d5 - (s6 * t4 - c6 * t10)
+    t50 = t49 + v5 * t18
+    t51 = d5 * t41
+    t9 = yy4 - (t51 - (yy6 - t9 - t51))
+    t52 = c5 * t48 - s5 * t50 + v4 * t9
+    t53 = s5 * (t13 - t37) - t30 * (c5 + c5)
+    t54 = s5 * t53
+    t55 = xx4 + t37 + t54
+    t34 = s6 * t33 - c6 * t34
+    t24 = c6 * t24 - s6 * t21
+    t16 = t11 - t16 - a5 * t24
+    t11 = v4 * t55 + s5 * t34 - c5 * t16
+    t17 = t7 + t17 - d5 * t24
+    t46 = t46 + t17
+    t7 = c4 * (t52 - t11) + s4 * (t47 + t46)
+    t21 = s4 * t7
+    t33 = t29 + hy5
+    t56 = t25 + v5 * t33
+    t57 = t3 + hx5
+    t58 = t19 + v5 * t57
+    t59 = c5 * t56 + s5 * t58
+    t60 = t41 + hy4
+    t61 = t59 + v4 * t60
+    t62 = c5 * t57 - s5 * t33
+    t63 = hx4 + t62
+    t64 = t24 + v4 * t63
+    t65 = c4 * t61 + s4 * t64
+    t47 = t47 - t21 + a3 * t65
+    t53 = xz4 - (t30 + c5 * t53)
+    t66 = s5 * t18 + c5 * t43
+    t67 = yz4 - t66
+    t68 = c4 * t53 - s4 * t67
+    t69 = s5 * t57 + c5 * t33
+    t70 = xy3 + t68 + a3 * t69
+    t71 = v3 * t70
+    t72 = t47 + t71
+    t39 = c5 * t39
+    t38 = t38 + t39
+    t73 = t38 + v4 * t67
+    t74 = s5 * t16 + c5 * t34
+    t75 = t74 - v4 * t53
+    t54 = yy3 + t13 - t54
+    t76 = c4 * t73 - s4 * t75 + v3 * t54
+    t39 = t35 - t39
+    t50 = c5 * t50 + s5 * t48
+    t58 = c5 * t58 - s5 * t56
+    t56 = s4 * (t9 - t55) - t45 * (c4 + c4)
+    t48 = s4 * t56
+    t35 = c4 * t63 - s4 * t60
+    t77 = a3 * t35
+    t78 = xx3 + t77 + t55 + t48 + t77
+    t79 = c4 * t39 + s4 * t50 + a3 * t58 + v3 * t78
+    t40 = t31 - t40
+    t71 = t71 + t40
+    t31 = c3 * (t76 - t79) + s3 * (t72 + t71)
+    t80 = s3 * t31
+    t72 = t72 - t80
+    t81 = s4 * t63 + c4 * t60
+    t56 = xz3 + t35 * d3 + t45 + c4 * t56 - a3 * t81
+    t82 = s4 * t53 + c4 * t67
+    t83 = yz3 + t69 * d3 - t82
+    t84 = c3 * t56 - s3 * t83
+    t85 = xy2 - t84
+    t86 = v2 * t85
+    t87 = t72 + t86
+    t64 = c4 * t64 - s4 * t61
+    t21 = t46 - t21 - d3 * t64
+    t7 = c4 * t7
+    t11 = t11 + t7 - t65 * d3
+    t46 = t11 - v3 * t83
+    t61 = t58 * d3 - (s4 * t39 - c4 * t50)
+    t88 = t61 + v3 * t56
+    t89 = d3 * t81
+    t48 = yy2 - (t89 - (t9 - t48 - t89))
+    t90 = s3 * (t54 - t78) - t70 * (c3 + c3)
+    t91 = xx2 + t78 + s3 * t90
+    t75 = s4 * t73 + c4 * t75
+    t7 = t52 - t7 + a3 * t64
+    t52 = s2 * (c3 * t46 - s3 * t88 + v2 * t48 - (v2 * t91 + s3 * t75 + c3 * t7))
+    t73 = t69 + hy3
+    t35 = t35 + hx3
+    t92 = t81 + hy2
+    t93 = hx2 + c3 * t35 - s3 * t73
+    t64 = a1 * (s2 * (c3 * (t65 + v3 * t73) + s3 * (t58 + v3 * t35) + v2 * t92) - c2 * (t64 + v2 * t93))
+    out[0] = t71 - t80 - (t87 - c2 * (c2 * (t87 + t86 + t21) - t52) - t64)
+    t64 = s2 * v1
+    t52 = c2 * v1
+    t87 = t85 * t52
+    t31 = c3 * t31
+    t85 = t85 * t64
+    t90 = s2 * (v2 * (xz2 - (t70 + c3 * t90)) + t85 - t91 * t52 + s3 * t7 - c3 * t75)
+    t90 = c2 * (t48 * t64 - t87 + v2 * (yz2 - (s3 * t56 + c3 * t83)) + t79 + t31) + t90
+    out[1] = a1 * (t92 * t64 - t93 * t52) - t90
+    t90 = s3 * v2 - c3 * t52
+    t79 = t70 * t90
+    t86 = c3 * v2 + s3 * t52
+    t80 = v3 - t64
+    t11 = t11 - (t79 + t54 * t86 + t83 * t80)
+    t70 = t70 * t86
+    t61 = t61 + t56 * t80 + t78 * t90 + t70
+    t40 = t47 - t40
+    out[16] = -t40
+    out[2] = c2 * (c3 * t11 - s3 * t61) + s2 * t40 - a1 * (s3 * (t58 + t35 * t80) + c3 * (t65 + t73 * t80))
+    t58 = v4 + t86
+    t59 = t59 + t60 * t58
+    t24 = t24 + t63 * t58
+    t65 = s4 * t59 - c4 * t24
+    t47 = c4 * t90 - s4 * t80
+    t71 = c4 * t80 + s4 * t90
+    t94 = t63 * t47 - t60 * t71
+    t95 = t45 * t47
+    t38 = t38 + t95 - t9 * t71 + t67 * t58
+    t45 = t45 * t71
+    t74 = t74 - (t53 * t58 + t55 * t47 - t45)
+    t96 = c4 * t38 - s4 * t74 - d3 * t94
+    t17 = t32 - t17
+    out[24] = -t17
+    t24 = t17 - (d3 * t65 - a3 * (s4 * t24 + c4 * t59))
+    t74 = a3 * t94 - (s4 * t38 + c4 * t74)
+    out[17] = t74
+    out[3] = a1 * (s3 * t65 + c3 * t94) - (c2 * (c3 * t96 + s3 * t24) + s2 * t74)
+    t74 = v5 + t71
+    t25 = t25 + t33 * t74
+    t19 = t19 + t57 * t74
+    t94 = s5 * t25 - c5 * t19
+    t65 = c5 * t47 + s5 * t58
+    t58 = c5 * t58 - s5 * t47
+    t38 = t57 * t65 + t33 * t58
+    t59 = c4 * t94 + s4 * t38
+    t19 = s5 * t19 + c5 * t25
+    t25 = t30 * t65
+    t15 = t15 - (t25 + t13 * t58 + t43 * t74)
+    t30 = t30 * t58
+    t49 = t49 + t18 * t74 + t37 * t65 + t30
+    t32 = c5 * t15 - s5 * t49
+    t8 = t1 - t8
+    out[32] = t8
+    t97 = c4 * t32 - s4 * t8 - d3 * t19
+    t49 = s5 * t15 + c5 * t49
+    out[25] = -t49
+    t49 = t49 - (d3 * t59 + a3 * (s4 * t94 - c4 * t38))
+    t32 = s4 * t32 + c4 * t8 - a3 * t19
+    out[18] = t32
+    out[4] = a1 * (s3 * t59 - c3 * t19) + c2 * (c3 * t97 - s3 * t49) - s2 * t32
+    t32 = v6 + t58
+    t20 = t20 + hy6 * t32
+    t19 = t23 * t32
+    t59 = s6 * t20 - c6 * t19
+    t38 = c6 * t65 - s6 * t74
+    t94 = c6 * t74 + s6 * t65
+    t15 = t23 * t38 - hy6 * t94
+    t98 = c5 * t59 - s5 * t15
+    t19 = s6 * t19 + c6 * t20
+    t20 = c4 * t98 + s4 * t19
+    t99 = s5 * t59 + c5 * t15
+    t100 = t6 * t38
+    t2 = t2 + t100 - yy6 * t94 + t27 * t32
+    t6 = t6 * t94
+    t101 = t12 * t32 + t14 * t38 - t6
+    t102 = c6 * t2 + s6 * t101 - d5 * t15
+    t59 = t1 - (d5 * t59 - a5 * t19)
+    t103 = c5 * t102 + s5 * t59
+    t101 = a5 * t15 - (s6 * t2 - c6 * t101)
+    out[33] = t101
+    t2 = c4 * t103 + s4 * t101 - d3 * t99
+    t59 = s5 * t102 - c5 * t59
+    out[26] = t59
+    t59 = t59 + d3 * t20 + a3 * (s4 * t98 - c4 * t19)
+    t101 = a3 * t99 - (s4 * t103 - c4 * t101)
+    out[19] = t101
+    out[5] = a1 * (s3 * t20 + c3 * t99) - (c2 * (c3 * t2 - s3 * t59) + s2 * t101)
+    t101 = v7 + t94
+    t99 = hy7 * t101
+    t20 = hx7 * t101
+    t103 = s7 * t99 - c7 * t20
+    t19 = c7 * t38 + s7 * t32
+    t32 = c7 * t32 - s7 * t38
+    t98 = hx7 * t19 + hy7 * t32
+    t102 = c6 * t103 + s6 * t98
+    t20 = s7 * t20 + c7 * t99
+    t99 = c5 * t102 + s5 * t20
+    t98 = s6 * t103 - c6 * t98
+    t103 = c4 * t99 - s4 * t98
+    t15 = s5 * t102 - c5 * t20
+    t104 = xy7 * t19
+    t105 = t104 + yy7 * t32 + yz7 * t101
+    t106 = xy7 * t32
+    t101 = xz7 * t101 + xx7 * t19 + t106
+    t107 = c7 * t105 + s7 * t101
+    t108 = c6 * t107 + d5 * t20
+    t101 = s7 * t105 - c7 * t101
+    out[41] = t101
+    t101 = t101 + d5 * t102 + a5 * t98
+    t102 = c5 * t108 - s5 * t101
+    t107 = s6 * t107 + a5 * t20
+    out[34] = -t107
+    t20 = c4 * t102 - s4 * t107 - d3 * t15
+    t101 = s5 * t108 + c5 * t101
+    out[27] = t101
+    t101 = t101 + d3 * t103 + a3 * (s4 * t99 + c4 * t98)
+    t107 = a3 * t15 - (s4 * t102 + c4 * t107)
+    out[20] = t107
+    out[6] = a1 * (s3 * t103 + c3 * t15) - (c2 * (c3 * t20 - s3 * t101) + s2 * t107)
+    t107 = a1 * v1
+    t85 = s2 * (c3 * t88 + s3 * t46 - (t92 * t107 - (t85 + t48 * t52)))
+    out[7] = c2 * (t76 - t31 + t93 * t107 - (t87 + t91 * t64)) + t85
+    out[8] = t21 - t72
+    out[9] = -(s3 * t11 + c3 * t61)
+    out[10] = s3 * t96 - c3 * t24
+    out[11] = -(s3 * t97 + c3 * t49)
+    out[12] = s3 * t2 + c3 * t59
+    out[13] = s3 * t20 + c3 * t101
+    t79 = t7 - (t79 - t78 * t86)
+    t70 = t75 - (t70 - t54 * t90)
+    t75 = s3 * t107
+    t107 = c3 * t107
+    out[14] = s2 * (t40 - (t56 * t86 - t83 * t90 + t35 * t75 + t73 * t107)) - c2 * (c3 * t79 + s3 * t70)
+    out[15] = s3 * t79 - c3 * t70 - (t84 * t64 + t52 * (t54 + t78))
+    t80 = t107 + a3 * t80 - d3 * t90
+    t95 = t39 + t95 + t55 * t71 + t63 * t80
+    t45 = t50 - (t45 + t9 * t47 + t60 * t80)
+    t50 = c4 * t95 + s4 * t45
+    t39 = t75 + d3 * t86
+    t70 = a3 * t86
+    t79 = c4 * t39 + s4 * t70
+    t70 = c4 * t70 - s4 * t39
+    t17 = t17 - (t63 * t79 - (t53 * t71 + t67 * t47) + t60 * t70)
+    t45 = c4 * t45 - s4 * t95
+    out[21] = c2 * (c3 * t50 - s3 * t17) + s2 * t45
+    t89 = t9 + t55 + t77 - t89
+    out[22] = -(t64 * (t68 * c3 + s3 * t89) + t82 * t52 + c3 * t17 + s3 * t50)
+    out[23] = -(t45 + t68 * t86 + t90 * t89 + t81 * t107)
+    t25 = t16 + t25 - t37 * t58 - t57 * t70
+    t30 = t34 - (t30 - t13 * t65 + t33 * t70)
+    t34 = c5 * t25 - s5 * t30
+    t16 = c5 * t79 + s5 * t80
+    t80 = c5 * t80 - s5 * t79
+    t8 = t8 + t18 * t58 - t43 * t65 + t57 * t16 + t33 * t80
+    t57 = c4 * t34 - s4 * t8
+    t30 = s5 * t25 + c5 * t30
+    t8 = s4 * t34 + c4 * t8
+    out[28] = c2 * (c3 * t57 - s3 * t30) - s2 * t8
+    t37 = t13 + t37
+    t13 = t44 * c4 - s4 * t37 + t62 * d3
+    t34 = c4 * t69
+    t66 = t66 + d3 * t34 + a3 * (s4 * t69)
+    out[29] = -(t64 * (c3 * t13 - s3 * t66) + t52 * (a3 * t62 + t44 * s4 + c4 * t37) + s3 * t57 + c3 * t30)
+    out[30] = t8 - (t86 * t13 - t90 * t66 + t107 * t34 + t62 * t75)
+    out[31] = t47 * t37 + t44 * t71 - t69 * t70 - t30
+    t74 = t80 + a5 * t74 - d5 * t65
+    t100 = t4 + t100 + t14 * t94 + t23 * t74
+    t6 = t10 - (t6 + yy6 * t38 + hy6 * t74)
+    t10 = c6 * t100 + s6 * t6
+    t4 = t16 + d5 * t58
+    t37 = t70 + a5 * t58
+    t30 = c6 * t4 + s6 * t37
+    t37 = c6 * t37 - s6 * t4
+    t27 = t1 - (t23 * t30 - (t12 * t94 + t27 * t38) + hy6 * t37)
+    t12 = c5 * t10 - s5 * t27
+    t6 = c6 * t6 - s6 * t100
+    t100 = c4 * t12 + s4 * t6
+    t27 = c5 * t27 + s5 * t10
+    t12 = c4 * t6 - s4 * t12
+    out[35] = c2 * (c3 * t100 - s3 * t27) + s2 * t12
+    t51 = yy6 + t14 + t36 - t51
+    t36 = t28 * c5 + s5 * t51
+    t14 = s5 * t41
+    t10 = c4 * t36 - t42 * s4 - d3 * t14
+    t23 = c5 * t41
+    t1 = c4 * t23 + t3 * s4
+    t4 = t28 * s5 - c5 * t51 - (a3 * (t3 * c4 - s4 * t23) - d3 * t1)
+    out[36] = -(t64 * (c3 * t10 - s3 * t4) + t52 * (s4 * t36 + t42 * c4 - a3 * t14) + c3 * t27 + s3 * t100)
+    out[37] = -(t12 + t86 * t10 - t90 * t4 - (t75 * t14 - t107 * t1))
+    out[38] = t42 * t47 + t71 * t36 - (t70 * t23 + t3 * t79) - t27
+    out[39] = -(t6 + t28 * t58 + t65 * t51 + t41 * t80)
+    t106 = t106 - yy7 * t19 + hy7 * t37
+    t104 = t104 - xx7 * t32 - hx7 * t37
+    t51 = s7 * t106 + c7 * t104
+    t30 = xz7 * t32 - yz7 * t19 + hx7 * (c7 * t30 + s7 * t74) + hy7 * (c7 * t74 - s7 * t30)
+    t74 = c6 * t51 - s6 * t30
+    t104 = s7 * t104 - c7 * t106
+    t106 = c5 * t74 - s5 * t104
+    t30 = s6 * t51 + c6 * t30
+    t51 = c4 * t106 - s4 * t30
+    t74 = s5 * t74 + c5 * t104
+    t106 = s4 * t106 + c4 * t30
+    out[42] = c2 * (c3 * t51 - s3 * t74) - s2 * t106
+    t32 = xx7 + yy7
+    t19 = t5 * c6 - s6 * t32 + t22 * d5
+    t6 = c6 * t29
+    t41 = s6 * t29
+    t26 = t26 + d5 * t6 + a5 * t41
+    t28 = c5 * t19 - s5 * t26
+    t23 = a5 * t22 + t5 * s6 + c6 * t32
+    t36 = t22 * c5 - s5 * t6
+    t27 = c4 * t28 - s4 * t23 + d3 * t36
+    t42 = c5 * t6 + t22 * s5
+    t3 = s4 * t41 - c4 * t42
+    t4 = s5 * t19 + c5 * t26 - (d3 * t3 - a3 * (s4 * t42 + c4 * t41))
+    out[43] = -(t64 * (c3 * t27 - s3 * t4) + t52 * (a3 * t36 + s4 * t28 + c4 * t23) + s3 * t51 + c3 * t74)
+    out[44] = t106 - (t86 * t27 - t90 * t4 - (t107 * t3 - t75 * t36))
+    out[45] = t47 * t23 + t71 * t28 + t79 * t41 - t70 * t42 - t74
+    out[46] = t30 - (t58 * t19 - t65 * t26 + t80 * t6 + t22 * t16)
+    out[47] = t38 * t32 + t5 * t94 - t29 * t37 - t104
+
+
+def coriolis_matrix_row(q, qd, constants, out):
+    """Compute coriolis_matrix for arrays of one state."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    s1, c1 = sin(q[0]), cos(q[0])
+    s2, c2 = sin(q[1]), cos(q[1])
+    s3, c3 = sin(q[2]), cos(q[2])
+    s4, c4 = sin(q[3]), cos(q[3])
+    s5, c5 = sin(q[4]), cos(q[4])
+    s6, c6 = sin(q[5]), cos(q[5])
+    s7, c7 = sin(q[6]), cos(q[6])
+    coriolis_matrix(
+        (s1, s2, s3, s4, s5, s6, s7),
+        (c1, c2, c3, c4, c5, c6, c7),
+        (qd[0], qd[1], qd[2], qd[3], qd[4], qd[5], qd[6]),
+        numbers, out)
+
+
+def coriolis_matrix_rows(sin_q, cos_q, qd, constants, out):
+    """Compute coriolis_matrix for arrays of many states."""
+    numbers = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5],
+        constants[6], constants[7], constants[8], constants[9], constants[10], constants[11],
+        constants[12], constants[13], constants[14], constants[15], constants[16],
+        constants[17], constants[18], constants[19], constants[20], constants[21],
+        constants[22], constants[23], constants[24], constants[25], constants[26],
+        constants[27], constants[28], constants[29], constants[30], constants[31],
+        constants[32], constants[33], constants[34], constants[35], constants[36],
+        constants[37], constants[38], constants[39], constants[40], constants[41],
+        constants[42], constants[43], constants[44], constants[45], constants[46],
+        constants[47], constants[48], constants[49], constants[50], constants[51],
+        constants[52],
+    )
+    for i in range(len(out)):
+        coriolis_matrix(
+            (sin_q[i, 0], sin_q[i, 1], sin_q[i, 2], sin_q[i, 3], sin_q[i, 4], sin_q[i, 5], sin_q[i, 6]),
+            (cos_q[i, 0], cos_q[i, 1], cos_q[i, 2], cos_q[i, 3], cos_q[i, 4], cos_q[i, 5], cos_q[i, 6]),
+            (qd[i, 0], qd[i, 1], qd[i, 2], qd[i, 3], qd[i, 4], qd[i, 5], qd[i, 6]),
             numbers, out[i])
 
 

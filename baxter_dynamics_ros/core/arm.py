@@ -76,10 +76,16 @@ class BaxterArm:
         self.mount = _rigid_transform('mount', np.eye(4) if mount is None else mount)
         pseudo_inertia = self.parameters.pseudo_inertia.copy()
         pseudo_inertia[-1] += self.payload.pseudo_inertia
+        self._engine = engine
         in_frame_0 = self.mount[:3, :3].T @ self.gravity_vector
         self.dynamics = ClosedForm(self.parameters, pseudo_inertia, in_frame_0, engine)
         self.composite = CompositeDynamics(self.parameters, pseudo_inertia, in_frame_0)
         self.base_parameters = self.dynamics.base_parameters
+
+    def __reduce__(self):
+        """Pickle and copy what the arm was made of."""
+        return BaxterArm, (self.payload, self.gravity_vector, self.mount, self.parameters,
+                           self._engine)
 
     def mass_matrix(self, q) -> np.ndarray:
         """Return M(q), (..., 7, 7) [kg m^2]: symmetric, positive definite. Eq. (6)."""

@@ -69,7 +69,7 @@ def lengths(parameters: ArmParameters) -> tuple:
 
     """
     a, d, alpha = parameters.a, parameters.d, parameters.alpha
-    if np.abs(alpha[:6] - _ALPHA).max() > 1e-9 or np.any(a[1:6:2]) or np.any(d[1:6:2]):
+    if np.abs(alpha[:6] - _ALPHA).max() > 1e-12 or np.any(a[1:6:2]) or np.any(d[1:6:2]):
         raise ArgumentError(
             'parameters', "expected Baxter's build (Table II: alpha of links 1 to 6 -90, 90, ... "
             'degrees; a and d of links 2, 4 and 6 zero), for which the closed form was derived; '
@@ -86,7 +86,7 @@ def _shift(a: float, d: float) -> np.ndarray:
 def _turn_x(alpha: float) -> np.ndarray:
     """Return the rotation of alpha about x; of +-90 degrees exactly."""
     s, c = np.sin(alpha), np.cos(alpha)
-    if abs(c) < 1e-9:
+    if abs(c) < 1e-12:
         s, c = np.sign(s), 0.0
     result = np.eye(4)
     result[1:3, 1:3] = [[c, -s], [s, c]]

@@ -5,6 +5,7 @@ from math import cos
 from math import sin
 import os
 from struct import Struct
+import warnings
 
 import numpy as np
 
@@ -22,15 +23,7 @@ from .parameters import theta_offsets
 _BLOCK = 4096
 _SQUARE = (N_JOINTS, N_JOINTS)
 _to_list = np.ndarray.tolist
-# Generated function -> how many scalars it gives.
-_SIZES = {
-    'mass_matrix': 49, 'gravity': 7, 'coriolis_torque': 7, 'terms': 105,
-    'torque_terms': 63, 'momentum_terms': 21, 'inverse_dynamics': 7, 'forward_dynamics': 7,
-    'christoffel_symbols': 343, 'regressor': 7 * len(TILTED_NAMES),
-    'inverse_dynamics_gradient': 98,
-}
-# ... which also has a form for gravity along the axis of joint 1.
-_UPRIGHT = {'gravity', 'torque_terms', 'inverse_dynamics'}
+_UPRIGHT = 1e-12  # gravity's part across the axis of joint 1 that is rounding
 
 # What computes: plain Python and NumPy; the same source compiled by numba; the latter where numba
 # is installed. The environment variable decides where nobody else does.
@@ -42,7 +35,8 @@ class ClosedForm:
     """
     An arm's dynamics in frame {0} for one set of parameters.
 
-    Inputs are float arrays (7,) or (n, 7), already validated; results gain their own axes.
+    Inputs are float arrays (7,) or (n, 7), all alike and already validated: nothing is checked
+    here, and numba reads beyond what is too short. Results gain their own axes.
 
     Parameters
     ----------
@@ -74,7 +68,9 @@ class ClosedForm:
 
     def __init__(self, parameters: ArmParameters, pseudo_inertia: np.ndarray,
                  gravity: np.ndarray, engine: str = AUTO):
-        self.upright = bool(gravity[0] == 0.0 and gravity[1] == 0.0)
+        self.upright = bool(np.abs(gravity[:2]).max() <= _UPRIGHT * np.abs(gravity).max())
+        if self.upright:  # but for the rounding of a mount
+            gravity = gravity * [0.0, 0.0, 1.0]
         phi = base_parameters(parameters, pseudo_inertia)
         self.base_parameters = phi[:len(NAMES)] if self.upright else phi
         self.base_parameters.flags.writeable = False
@@ -93,7 +89,7 @@ class ClosedForm:
 
     def coriolis_matrix(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Return C(q, qd), (..., 7, 7) [kg m^2/s], eq. (7)."""
-        return self.terms(q, qd)[1]
+        return self._call('coriolis_matrix')(q, qd).reshape(q.shape[:-1] + _SQUARE)
 
     def coriolis_torque(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         """Return C(q, qd) qd, (..., 7) [N m]."""
@@ -132,7 +128,8 @@ class ClosedForm:
     def regressor(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
         """Return Y, (..., 7, 43), or (..., 7, 45) where the base is tilted: tau = Y phi."""
         result = self._call('regressor')(q, qd, qdd)
-        return result.reshape(q.shape + (-1,))[..., :len(self.base_parameters)]
+        result = result.reshape(q.shape + (len(TILTED_NAMES),))
+        return result[..., :len(self.base_parameters)]
 
     def inverse_dynamics_gradient(self, q: np.ndarray, qd: np.ndarray,
                                   qdd: np.ndarray) -> tuple:
@@ -145,9 +142,9 @@ class ClosedForm:
         """Return what calls a generated function; where it has a form for upright arms, that."""
         call = self._calls.get(name)
         if call is None:
-            function = f'{name}_upright' if self.upright and name in _UPRIGHT else name
+            function = f'{name}_upright' if self.upright and name in _closed_form.UPRIGHT else name
             call = self._calls[name] = self._shifted(
-                self._bind(function, _SIZES[name], self.constants))
+                self._bind(function, _closed_form.SIZES[name], self.constants))
         return call
 
     def _shifted(self, call):
@@ -159,7 +156,7 @@ class ClosedForm:
 def _choose(engine: str):
     """Return the ``bind`` of an engine."""
     source = 'engine'
-    if engine == AUTO and ENGINE_VARIABLE in os.environ:
+    if engine == AUTO and os.environ.get(ENGINE_VARIABLE):
         source, engine = ENGINE_VARIABLE, os.environ[ENGINE_VARIABLE]
     if engine not in ENGINES:
         raise ArgumentError(source, f'expected one of {", ".join(ENGINES)}, got {engine!r}')
@@ -167,9 +164,13 @@ def _choose(engine: str):
         return bind
     try:
         from .. import compiled
-    except ImportError as error:
-        raise ArgumentError(source, f'numba does not load ({error}); install the extra `fast`, or '
-                            f'choose {PYTHON!r}') from None
+    except Exception as error:  # a numba that does not fit Python or NumPy raises what it likes
+        reason = (f'numba does not load ({error}); install the extra `fast`, or choose '
+                  f'{PYTHON!r}')
+        if engine == NUMBA:
+            raise ArgumentError(source, reason) from None
+        warnings.warn(f'{source}: {reason}; computing in Python', stacklevel=4)
+        return bind
     return compiled.bind
 
 

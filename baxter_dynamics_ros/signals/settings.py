@@ -193,7 +193,11 @@ class PredictorSettings:
     def _choose_method(self):
         if self.values['method'] == 'lagrange_euler':
             method = self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
-            method(*np.zeros((3, N_JOINTS)))  # numba, where it computes, loads now and not later
+            # numba, where it computes, loads or compiles now, and not when a message waits.
+            zeros = np.zeros((3, N_JOINTS))
+            method(*zeros)
+            self.arm.gravity(zeros[0])
+            self.arm.terms(*zeros[:2])
             return method
         try:
             from ..newton_euler import NewtonEuler

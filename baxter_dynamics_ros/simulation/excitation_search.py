@@ -36,7 +36,7 @@ _PERIOD = 0.05  # [s] between samples
 _STEP = 4  # samples between two rows of a design matrix in the search
 _MARGIN = 0.02  # [m] that the search keeps beyond the clearances
 
-_ARM = BaxterArm(mount=mount('right'))
+_ARM = BaxterArm(mount=mount('right'), engine='python')
 
 
 def samples() -> np.ndarray:

@@ -1,7 +1,9 @@
 """The engines of BaxterArm: the generated module in Python, NumPy's blocks and numba."""
 
+import copy
 import importlib.util
 import os
+import pickle
 import subprocess
 import sys
 
@@ -20,6 +22,8 @@ ARGUMENTS = {
     'coriolis_torque': 2, 'terms': 2, 'torque_terms': 2, 'momentum_terms': 2,
     'inverse_dynamics': 3, 'forward_dynamics': 3, 'regressor': 3, 'inverse_dynamics_gradient': 3,
 }
+# What the tests let numba compile, for it takes seconds each; the rest is of the same kind.
+COMPILED = ('gravity', 'torque_terms', 'inverse_dynamics', 'forward_dynamics')
 needs_numba = pytest.mark.skipif(importlib.util.find_spec('numba') is None,
                                  reason='numba is not installed: pip install numba')
 
@@ -54,6 +58,62 @@ def test_blocks(n, random_states):
     tau = arm.inverse_dynamics(q, qd, qdd)
     assert tau.shape == (n, 7)
     np.testing.assert_allclose(tau, arm.composite.inverse_dynamics(q, qd, qdd), **EXACT)
+
+
+@pytest.mark.parametrize('shape', [(0, 7), (3, 0, 7), (0, 3, 7)])
+@pytest.mark.parametrize('name', ARGUMENTS)
+def test_no_states(name, shape):
+    for part in call(BaxterArm(), name, [np.empty(shape)] * 3):
+        assert part.shape[:len(shape) - 1] == shape[:-1]
+        assert part.size == 0
+
+
+@pytest.mark.parametrize('gravity', [(1.3, 0.0, -9.4), (0.0, -1.3, -9.4)])
+def test_gravity_along_no_more_than_one_axis_of_the_base(gravity, random_states):
+    arm = BaxterArm(gravity=gravity)
+    q, qd, qdd = random_states(20)
+    np.testing.assert_allclose(arm.gravity(q), arm.composite.gravity(q), **EXACT)
+    tau = arm.composite.inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(arm.inverse_dynamics(q, qd, qdd), tau, **EXACT)
+    np.testing.assert_allclose(arm.regressor(q, qd, qdd) @ arm.base_parameters, tau, **EXACT)
+
+
+def test_the_rounding_of_a_mount_tilts_nothing():
+    half, back = (np.array([[1, 0, 0, 0], [0, np.cos(x), -np.sin(x), 0],
+                            [0, np.sin(x), np.cos(x), 0], [0, 0, 0, 1]]) for x in (0.5, -0.5))
+    mount = half @ back @ half @ back
+    assert (mount[:3, :3].T @ [0.0, 0.0, -9.81])[1] != 0.0
+    assert BaxterArm(mount=mount).base_parameters.shape == (43,)
+    assert BaxterArm(gravity=(1e-9, 0.0, -9.81)).base_parameters.shape == (45,)
+
+
+@pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize('name', ARGUMENTS)
+def test_what_is_not_finite_is_refused_in_any_argument(name, value):
+    for bad in range(ARGUMENTS[name]):
+        states = np.zeros((3, 7))
+        states[bad, 3] = value
+        with pytest.raises(ArgumentError, match='finite'):
+            call(BaxterArm(), name, states)
+
+
+@pytest.mark.parametrize('again', [copy.copy, copy.deepcopy,
+                                   lambda arm: pickle.loads(pickle.dumps(arm))])
+def test_a_copy_is_the_same_arm(again, arm, random_states):
+    q, qd, qdd = random_states(3)
+    tau = arm.inverse_dynamics(q, qd, qdd)
+    other = again(arm)
+    np.testing.assert_array_equal(other.inverse_dynamics(q, qd, qdd), tau)
+    np.testing.assert_array_equal(other.forward_kinematics(q), arm.forward_kinematics(q))
+    assert not other.base_parameters.flags.writeable
+
+
+def test_large_batches_of_poses():
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (4097, 7))
+    arm = BaxterArm()
+    np.testing.assert_array_equal(arm.forward_kinematics(q)[4090:],
+                                  arm.forward_kinematics(q[4090:]))
+    np.testing.assert_array_equal(arm.jacobian(q)[4090:], arm.jacobian(q[4090:]))
 
 
 def test_sine_and_cosine_by_the_half_angle(rng):
@@ -138,7 +198,7 @@ def test_lengths_and_the_last_frame_are_data(random_states):
 
 
 @needs_numba
-@pytest.mark.parametrize('name', ARGUMENTS)
+@pytest.mark.parametrize('name', COMPILED)
 def test_numba_computes_the_same(arm, random_states, name):
     python, numba = (
         BaxterArm(payload=arm.payload, gravity=arm.gravity_vector, mount=arm.mount, engine=engine)
@@ -193,6 +253,36 @@ def loaded_by(engine, **environment):
                                                                      False)])
 def test_which_engine_is_chosen(engine, variable, loads):
     assert loaded_by(engine, BAXTER_DYNAMICS_ENGINE=variable) == loads
+
+
+def test_a_numba_that_does_not_load_is_done_without(tmp_path):
+    (tmp_path / 'numba.py').write_text("raise ImportError('made for another NumPy')\n")
+
+    def run(engine):
+        code = f'from baxter_dynamics_ros import BaxterArm; BaxterArm({engine}).gravity([0] * 7)'
+        return subprocess.run(
+            [sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+            env={**os.environ, 'BAXTER_DYNAMICS_ENGINE': 'auto', 'PYTHONPATH': os.pathsep.join(
+                [str(tmp_path), os.environ.get('PYTHONPATH', '')])})
+
+    answer = run('')
+    assert answer.returncode == 0
+    assert 'numba does not load (made for another NumPy)' in answer.stderr
+    answer = run('engine="numba"')
+    assert answer.returncode == 1
+    assert 'ArgumentError: engine: numba does not load' in answer.stderr
+
+
+@needs_numba
+def test_numba_does_without_a_folder_to_keep_its_code_in():
+    # numba finds no place, whoever runs this test: neither beside the source nor in a cache.
+    code = ('import numba.core.caching as caching; caching.CacheImpl._locator_classes = []; '
+            "from baxter_dynamics_ros import BaxterArm; "
+            "print(BaxterArm(engine='numba').gravity([0.1] * 7)[1])")
+    answer = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
+                            timeout=120)
+    assert answer.returncode == 0, answer.stderr
+    assert float(answer.stdout) == pytest.approx(BaxterArm().gravity([0.1] * 7)[1])
 
 
 def test_an_unknown_engine_is_refused(monkeypatch):

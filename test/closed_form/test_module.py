@@ -3,8 +3,34 @@
 import subprocess
 import sys
 
+from baxter_dynamics_ros.closed_form.quantities import CONSTANTS
+from baxter_dynamics_ros.closed_form.quantities import formulate
+from baxter_dynamics_ros.closed_form.quantities import QUANTITIES
+from baxter_dynamics_ros.closed_form.quantities import TILTED_REGRESSOR
 from baxter_dynamics_ros.core import _closed_form
+import numpy as np
 import pytest
+
+
+@pytest.mark.parametrize('name', [*QUANTITIES, *(f'{x}_upright' for x in _closed_form.UPRIGHT)])
+def test_each_function_computes_what_the_formulation_does(name, rng):
+    upright = name.endswith('_upright')
+    quantity = QUANTITIES[name.removesuffix('_upright')]
+    if quantity.name == 'regressor':
+        quantity = TILTED_REGRESSOR
+    constants = rng.normal(size=len(CONSTANTS))
+    constants[CONSTANTS.index('izz1')] += 1e3  # for qdd: M is regular
+    if upright:
+        constants[[CONSTANTS.index(x) for x in ('hx1', 'hy1', 'up_x', 'up_y')]] = 0.0
+    angles, *rest = rng.normal(size=(1 + len(quantity.inputs), 7))
+    out = [None] * _closed_form.SIZES[quantity.name]
+    getattr(_closed_form, name)(np.sin(angles).tolist(), np.cos(angles).tolist(),
+                                *(x.tolist() for x in rest), tuple(constants.tolist()), out)
+    formulation = formulate(np.sin(angles), np.cos(angles), dict(zip(CONSTANTS, constants)))
+    expected = quantity.compute(formulation, *rest)
+    expected = expected if isinstance(expected, tuple) else (expected,)
+    expected = np.concatenate([np.ravel(part) for part in expected])
+    np.testing.assert_allclose(out, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_regenerated_text_is_the_same():
