@@ -277,7 +277,7 @@ def test_a_numba_that_does_not_load_is_done_without(tmp_path):
 def test_numba_does_without_a_folder_to_keep_its_code_in():
     # numba finds no place, whoever runs this test: neither beside the source nor in a cache.
     code = ('import numba.core.caching as caching; caching.CacheImpl._locator_classes = []; '
-            "from baxter_dynamics_ros import BaxterArm; "
+            'from baxter_dynamics_ros import BaxterArm; '
             "print(BaxterArm(engine='numba').gravity([0.1] * 7)[1])")
     answer = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
                             timeout=120)
