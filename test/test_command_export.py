@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 
+from baxter_dynamics_ros import __version__
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import Payload
 import numpy as np
@@ -59,8 +60,12 @@ def test_each_language(command, here, language, files):
     code, out, err = command('export', language, '--quantities', 'G', '-o', 'new/folder')
     assert (code, err) == (0, '')
     assert names(here / 'new' / 'folder') == files
-    first, *wrote = out.splitlines()
-    assert first.split()[:2] == ['G', 'gravity'] and first.endswith(' 82 operations')
+    first, rigid, *wrote = out.splitlines()
+    if language == 'latex':
+        assert first == 'printed: Gravity torques'
+    else:
+        assert first.split()[:2] == ['G', 'gravity'] and first.endswith(' 82 operations')
+    assert rigid.startswith('not exported: the effort model')
     assert sorted(wrote) == sorted(f'wrote: {here}/new/folder/{file}' for file in files)
 
 
@@ -68,7 +73,7 @@ def test_what_is_written_unless_told_otherwise(command, here):
     code, out, _ = command('export', 'python')
     assert code == 0
     assert names(here) == ['baxter_dynamics_python']
-    assert [line.split()[0] for line in out.splitlines()] == [*DEFAULT_SYMBOLS, 'wrote:']
+    assert [line.split()[0] for line in out.splitlines()] == [*DEFAULT_SYMBOLS, 'not', 'wrote:']
 
 
 def test_the_choices_are_those_of_the_package():
@@ -88,13 +93,68 @@ def test_params(command, here):
     (here / 'p.yaml').write_text(PAYLOAD)
     code, out, err = command('export', 'python', '-o', 'a.py', '--params', 'p.yaml',
                              '--quantities', 'G')
-    assert (code, err) == (0, '') and 'not exported' not in out
+    assert (code, err) == (0, '')
     from baxter_dynamics_ros import mount
     arm = BaxterArm(Payload(0.9, (0.01, 0.02, 0.1)), (1.3, -2.1, -9.4), mount('left'))
     np.testing.assert_allclose(alone('a', 'm.gravity([.1] * 7)', here),
                                arm.gravity([0.1] * 7), rtol=0.0, atol=1e-11)
     assert command('export', '--base-parameters', '--params', 'p.yaml') == (
         0, base_table(arm) + '\n', '')
+
+
+def test_the_head_states_the_command(command, here):
+    assert command('export', 'c', '--quantities', 'G')[0] == 0
+    assert command('export', 'latex', '--quantities', 'G,tau,C')[1].splitlines()[:2] == [
+        'printed: Gravity torques', 'left out: tau, C, beyond what is printed']
+    for language, files in (('c', FILES['c']), ('latex', FILES['latex'])):
+        for file in files:
+            text = (here / f'baxter_dynamics_{language}' / file).read_text().replace('\\', '')
+            text = ' '.join(text.replace(' * ', ' ').split())
+            assert f'baxter_dynamics export {language} --quantities G' in text
+            assert f'of version {__version__}' in text
+
+
+def test_no_command_ends_a_comment(command, here):
+    (here / 'p*').mkdir()
+    (here / 'p*' / 'ü"""\\.yaml').write_text(PAYLOAD)
+    for language in FILES:
+        code, _, err = command('export', language, '--quantities', 'G', '--params',
+                               'p*/ü"""\\.yaml')
+        assert (code, err) == (0, ''), language
+    alone('baxter_dynamics', 'm.gravity([.1] * 7)', here / 'baxter_dynamics_python')
+    head = (here / 'baxter_dynamics_c' / 'baxter_dynamics.h').read_text().split('#ifndef')[0]
+    assert head.isascii() and head.count('*/') == 1 and '\\' not in head
+
+
+def test_older_functions_for_matlab_are_removed(command, here):
+    (here / 'p.yaml').write_text(PAYLOAD)
+    assert command('export', 'matlab', '-o', 'm', '--quantities', 'G')[0] == 0
+    (here / 'm' / 'baxter_dynamics_mine.m').write_text('% to call baxter_dynamics export files')
+    code, out, _ = command('export', 'matlab', '-o', 'm', '--quantities', 'tau', '--params',
+                           'p.yaml')
+    assert code == 0
+    assert f'removed: {here}/m/baxter_dynamics_gravity.m (of an older export)\n' in out
+    assert names(here / 'm') == [f'baxter_dynamics_{name}.m' for name in (
+        'inverse_dynamics', 'mine', 'parameters')]
+
+
+def test_new_files_obey_the_umask(command, here):
+    before = os.umask(0o027)
+    try:
+        assert command('export', 'python', '-o', 'a.py', '--quantities', 'G')[0] == 0
+    finally:
+        os.umask(before)
+    assert (here / 'a.py').stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.skipif(not os.path.exists('/dev/full'), reason='no /dev/full')
+def test_output_that_nobody_takes(here):
+    code = 'import sys; from baxter_dynamics_ros.cli.main import main; sys.exit(main())'
+    with open('/dev/full', 'w') as full:
+        done = subprocess.run([sys.executable, '-c', code, 'export', '--base-parameters'],
+                              stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (
+        1, 'baxter_dynamics export: standard output: No space left on device\n')
 
 
 def test_an_effort_model_is_not_exported_and_this_is_said(command, here):
@@ -115,9 +175,13 @@ def test_its_own_files_are_replaced(command, here):
 @pytest.mark.parametrize('arguments, problem', [
     ((), 'name a language or --base-parameters, one of the two'),
     (('c', '--base-parameters'), 'name a language or --base-parameters, one of the two'),
-    (('c', '--quantities', 'M,Q'), "quantities: unknown 'Q'; expected some of M, C, G, "),
-    (('c', '--quantities', 'M,M'), 'quantities: M is named twice'),
-    (('c', '--quantities', ' , '), 'quantities: name at least one of M, C, G, '),
+    (('--base-parameters', '-o', 'x'), '--base-parameters prints a table'),
+    (('--base-parameters', '--quantities', 'G'), '--base-parameters prints a table'),
+    (('python', '-o', '7up.py'), "7up.py cannot be imported: '7up' is no name in Python"),
+    (('casadi', '-o', 'class.py'), 'class.py cannot be imported'),
+    (('c', '--quantities', 'M,Q'), "--quantities: unknown 'Q'; expected some of M, C, G, "),
+    (('c', '--quantities', 'M,M'), '--quantities: M is named twice'),
+    (('c', '--quantities', ' , '), '--quantities: name at least one of M, C, G, '),
     (('latex', '--quantities', 'tau'), 'name G, M or MCG'),
     (('c', '-o', 'my.c'), '--output: c gives 3 files: name a folder'),
     (('c', '--params', 'none.yaml'), 'none.yaml: cannot be read as a parameter file'),
@@ -130,7 +194,7 @@ def test_its_own_files_are_replaced(command, here):
 def test_what_is_refused(refused, here, arguments, problem):
     (here / 'theirs' / 'baxter_dynamics_gravity.m').mkdir(parents=True)
     for file in ('theirs.txt', 'theirs.py', 'theirs/example.c'):
-        (here / file).write_text('int main(void) { return 0; }')
+        (here / file).write_text('/* baxter_dynamics export */')
     assert problem in refused('export', *arguments)
 
 

@@ -1,26 +1,37 @@
 """export: the closed form in other languages, and the base parameters as a table."""
 
 from importlib import import_module
+from keyword import iskeyword
 import os
 from pathlib import Path
 import re
+import sys
 import tempfile
 
 from .outputs import output_folder
+from .. import __version__
+from ..core.exceptions import ArgumentError
 from ..core.exceptions import BaxterDynamicsError
 from ..export.base_table import base_table
+from ..export.functions import check_symbols
+from ..export.functions import DEFAULT_SYMBOLS
 from ..export.functions import derive
 from ..signals.settings import PredictorSettings
 
 # Languages whose module cannot have their name: it is that of a library.
 _MODULES = {'numba': 'numba_file', 'casadi': 'casadi_file', 'sympy': 'sympy_file'}
-# What each file of ours says in its head, wherever its lines break.
-_OURS = re.compile(r'baxter\\?_dynamics\W+export')
-_HEAD = 2000  # characters
+# What each file of ours says in its head, wherever its lines break: all but LaTeX, LaTeX.
+_OURS = re.compile('|'.join(r'\W+'.join(text.split()) for text in (
+    'its two errors mended written by baxter_dynamics export',
+    r"the paper's two corrections This is the printable part written by texttt "
+    r'baxter\\_dynamics export')))
+_HEAD = 4000  # characters
+_RIGID = ('not exported: the effort model (spring, friction, bias); tau is the rigid body, not '
+          'the effort that is measured')
 
 
-def run(language: 'str | None', output: 'str | None', quantities: str, params: 'str | None',
-        base_parameters: bool) -> int:
+def run(language: 'str | None', output: 'str | None', quantities: 'str | None',
+        params: 'str | None', base_parameters: bool, command_line: str) -> int:
     """
     Write the closed form in another language, or print the base parameters.
 
@@ -30,12 +41,14 @@ def run(language: 'str | None', output: 'str | None', quantities: str, params: '
         Which; None where base parameters are printed.
     output : str or None
         The folder, or the file where there is but one; None for a folder named by the language.
-    quantities : str
-        What to write, with commas between.
+    quantities : str or None
+        What to write, with commas between; None for the default.
     params : str or None
         A parameter file, such as a calibration's; None for the defaults of the package.
     base_parameters : bool
         Whether to print the base parameters instead.
+    command_line : str
+        The command as it was given, for the files' heads.
 
     Returns
     -------
@@ -50,24 +63,76 @@ def run(language: 'str | None', output: 'str | None', quantities: str, params: '
     """
     if base_parameters == bool(language):
         raise BaxterDynamicsError('name a language or --base-parameters, one of the two')
-    values = _read(params) if params else {}
-    arm = PredictorSettings(values).arm
+    if base_parameters and (output is not None or quantities is not None):
+        raise BaxterDynamicsError('--base-parameters prints a table: it takes no --output and no '
+                                  '--quantities')
+    arm = PredictorSettings(_read(params) if params else {}).arm
     if base_parameters:
-        print(base_table(arm))
+        _say([base_table(arm)])
         return 0
-    files = _exporter(language)
-    symbols = [symbol.strip() for symbol in quantities.split(',') if symbol.strip()]
-    functions = derive(arm, symbols)
-    placed = _placed(files(functions, arm), output or f'baxter_dynamics_{language}', language)
+    module = _exporter(language)
+    wanted = _symbols(quantities)
+    try:
+        symbols = module.printable(wanted) if language == 'latex' else wanted
+        functions = derive(arm, symbols)
+    except ArgumentError as error:
+        raise BaxterDynamicsError(f'--{error}') from None
+    texts = module.files(functions, arm, command=_command(command_line, symbols))
+    placed = _placed(texts, output or f'baxter_dynamics_{language}', language)
+    stale = _stale(placed) if language == 'matlab' else []
     _write(placed)
-    for symbol, function in zip(symbols, functions):
-        print(f'{symbol:<12}{function.quantity.name:<26}{function.program.operations():>5} '
-              'operations')
-    if any(name.startswith('effort_model.') for name in values):
-        print('not exported: the effort model (spring, friction, bias); this is the rigid body')
-    for path in placed:
-        print(f'wrote: {path}')
+    for path in stale:
+        path.unlink(missing_ok=True)
+    if language == 'latex':
+        lines = [f'printed: {each.title}' for each in
+                 module.printed(function.quantity.name for function in functions)]
+        left_out = [symbol for symbol in wanted if symbol not in ('G', 'M')]
+        if left_out:
+            lines.append(f'left out: {", ".join(left_out)}, beyond what is printed')
+    else:
+        lines = [f'{symbol:<12}{function.quantity.name:<26}'
+                 f'{function.program.operations():>5} operations'
+                 for symbol, function in zip(symbols, functions)]
+    _say([*lines, _RIGID, *(f'removed: {path} (of an older export)' for path in stale),
+          *(f'wrote: {path}' for path in placed)])
     return 0
+
+
+def _symbols(quantities: 'str | None') -> list:
+    """Return the symbols that a list names."""
+    if quantities is None:
+        return list(DEFAULT_SYMBOLS)
+    symbols = [symbol.strip() for symbol in quantities.split(',') if symbol.strip()]
+    try:
+        check_symbols(symbols)
+    except ArgumentError as error:
+        raise BaxterDynamicsError(f'--{error}') from None
+    return symbols
+
+
+def _command(command_line: str, symbols: list) -> str:
+    """Return the command with version and quantities, fit for a comment of any language."""
+    text = f'{command_line}` of version {__version__}, quantities `{",".join(symbols)}'
+    text = re.sub(r'[^ -~]|\\', '_', text)
+    return re.sub(r'\*/|/\*|"""', '_', text)
+
+
+def _say(lines: list):
+    """
+    Print lines.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If nobody takes them.
+
+    """
+    try:
+        print('\n'.join(lines), flush=True)
+    except OSError as error:
+        # What is left would be tried once more at the end, with a traceback.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
 def _read(path: str) -> dict:
@@ -79,7 +144,7 @@ def _read(path: str) -> dict:
 
 
 def _exporter(language: str):
-    """Return what writes functions in a language."""
+    """Return the module that writes functions in a language."""
     try:
         import_module('..closed_form.derivation', __package__)  # needs CasADi
         module = import_module(f'..export.{_MODULES.get(language, language)}', __package__)
@@ -87,7 +152,7 @@ def _exporter(language: str):
         raise BaxterDynamicsError(
             f"{error}. Install the export extra: pip install 'baxter_dynamics_ros[export]', or "
             '".[export]" in a checkout') from None
-    return module.files
+    return module
 
 
 def _placed(texts: dict, output: str, language: str) -> dict:
@@ -105,6 +170,10 @@ def _placed(texts: dict, output: str, language: str) -> dict:
         if len(texts) > 1:
             raise BaxterDynamicsError(
                 f'--output: {language} gives {len(texts)} files: name a folder')
+        if path.suffix == '.py' and not _importable(path.stem):
+            raise BaxterDynamicsError(
+                f'--output: {path.name} cannot be imported: {path.stem!r} is no name in Python; '
+                'use a letter, then letters, digits and _')
         output_folder('--output', path.parent)
         result = {path: text for text in texts.values()}
     else:
@@ -117,12 +186,30 @@ def _placed(texts: dict, output: str, language: str) -> dict:
     return result
 
 
+def _importable(stem: str) -> bool:
+    return stem.isidentifier() and stem.isascii() and not iskeyword(stem)
+
+
+def _stale(placed: dict) -> list:
+    """Return our older functions beside new ones, which would be called with other numbers."""
+    folder = next(iter(placed)).parent
+    return sorted(path for path in folder.glob('baxter_dynamics_*.m')
+                  if path not in placed and _is_ours(path))
+
+
 def _is_ours(path: Path) -> bool:
     try:
         with path.open(encoding='utf-8', errors='replace') as file:
             return _OURS.search(file.read(_HEAD)) is not None
     except OSError:
         return False
+
+
+def _umask() -> int:
+    """Return the permissions that new files are not to have."""
+    result = os.umask(0o077)
+    os.umask(result)
+    return result
 
 
 def _write(texts: dict):
@@ -137,7 +224,7 @@ def _write(texts: dict):
                                              prefix=f'.{path.name}.') as file:
                 partial[path] = file.name
                 file.write(text)
-            os.chmod(file.name, 0o644)
+            os.chmod(file.name, 0o666 & ~_umask())
         for path in texts:
             os.replace(partial.pop(path), path)
     except BaseException as error:

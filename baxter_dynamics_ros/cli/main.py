@@ -152,13 +152,17 @@ def _add_export(commands):
         'export', help='write the closed form in other languages, as files that stand alone',
         description='Write the dynamics of the arm in another language, as files that stand alone '
         "and say what they take and give. The arm's numbers are data in them.")
-    export.add_argument('language', nargs='?', choices=LANGUAGES)
+    export.add_argument('language', nargs='?', choices=LANGUAGES,
+                        help='what to write; casadi and sympy are Python files for them')
     export.add_argument('-o', '--output', metavar='PATH',
                         help='the folder, or the file where there is but one (default: '
                         'baxter_dynamics_LANGUAGE)')
-    export.add_argument('--quantities', default='M,C,G,MCG,tau', metavar='LIST',
-                        help='some of ' + ','.join(QUANTITIES) + ': matrices and vectors of the '
-                        'model, MCG three at once, gradient of tau (default: %(default)s)')
+    export.add_argument('--quantities', metavar='LIST',
+                        help='some of ' + ','.join(QUANTITIES) + ': M, C and G of the model, MCG '
+                        'the three at once; Cqd the torque C qd; tau inverse, qdd forward '
+                        'dynamics; regressor Y of tau = Y phi; gradient of tau by q and by qd; '
+                        'christoffel the symbols h of C_ik = sum_m h_ikm qd_m '
+                        '(default: M,C,G,MCG,tau)')
     export.add_argument('--params', metavar='FILE',
                         help='a parameter file of torque_predictor, whose payload, links and '
                         'gravity to take')
@@ -166,7 +170,7 @@ def _add_export(commands):
                         help='write nothing: print the base parameters and what they mean')
     export.set_defaults(run=lambda options: _load('export', 'export').run(
         options.language, options.output, options.quantities, options.params,
-        options.base_parameters))
+        options.base_parameters, options.command_line))
 
 
 def _add_input(parser, at_least: str = '+'):

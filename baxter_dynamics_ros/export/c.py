@@ -7,11 +7,14 @@ import numpy as np
 from .body import body_of
 from .body import folded
 from .c_support import support
+from .functions import COMMAND
 from .functions import describe
 from .functions import Function
 from .legend import FRAMES
 from .legend import head
 from .legend import parameters
+from .legend import storage
+from .series import LARGEST
 from ..core.arm import BaxterArm
 from ..core.exceptions import ArgumentError
 from ..core.joints import N_JOINTS
@@ -22,14 +25,15 @@ _FIXED = '\xa0'  # stands for a space at which no line breaks
 _SPEED = (
     'Compile it with optimisation for your processor:',
     '    gcc -O3 -march=native -c {name}.c',
-    'Beside C99 it needs nothing. There is no use in -ffast-math: a batch is computed in blocks, '
-    'its sines and cosines in a loop of their own and by polynomials, all of which the compiler '
-    'vectorises as it is. But -std=c99 keeps gcc from fusing products with sums: add '
-    '-ffp-contract=fast to it.')
+    'All quantities together take some seconds to compile. Beside C99 it needs nothing. There is '
+    'no use in -ffast-math: a batch is computed in blocks, its sines and cosines in a loop of '
+    'their own and by polynomials, all of which the compiler vectorises as it is. But -std=c99 '
+    'keeps gcc from fusing products with sums: add -ffp-contract=fast to it.')
 _ARRAYS = (
     'Each function is there for one state, and as ..._batch for n of them, one after the other: '
     'q[7 * i + k] is joint k of state i, and what belongs to state i begins at i times the size '
     'of one. Results must not overlap arguments. All functions may be called from many threads.')
+_ANGLES = f'Angles: |q| < {LARGEST:g} rad; beyond, sines and cosines are wrong.'
 
 # The state of the example.
 _STATE = {'q': (0.1, -0.5, 0.2, 1.0, -0.3, 0.7, 0.4),
@@ -38,7 +42,8 @@ _STATE = {'q': (0.1, -0.5, 0.2, 1.0, -0.3, 0.7, 0.4),
           'tau': (2.0, -30.0, -3.0, -12.0, 0.5, -1.0, 0.1)}
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write functions in C99.
 
@@ -50,6 +55,8 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are the defaults.
     name : str, optional
         How the names of files and symbols begin.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
@@ -65,15 +72,15 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
     if not (name.isidentifier() and name.isascii()):
         raise ArgumentError('name', f'{name!r} cannot begin a name in C; use a letter, then '
                             'letters, digits and _')
-    return {f'{name}.h': _header(functions, arm, name),
-            f'{name}.c': _source(functions, arm, name),
-            'example.c': _example(functions, arm, name)}
+    return {f'{name}.h': _header(functions, arm, name, command),
+            f'{name}.c': _source(functions, arm, name, command),
+            'example.c': _example(functions, arm, name, command)}
 
 
-def _header(functions: list, arm: BaxterArm, name: str) -> str:
+def _header(functions: list, arm: BaxterArm, name: str, command: str) -> str:
     guard = f'{name.upper()}_H'
     parts = [
-        _comment(*head(arm), '', *(line.format(name=name) for line in _SPEED)),
+        _comment(*head(arm, command), '', *(line.format(name=name) for line in _SPEED)),
         f'#ifndef {guard}\n#define {guard}\n\n#include <stddef.h>\n\n'
         '#ifdef __cplusplus\nextern "C" {\n#endif',
         '\n'.join((_comment("The arm's numbers.", FRAMES), f'typedef struct {name}_parameters {{',
@@ -81,7 +88,7 @@ def _header(functions: list, arm: BaxterArm, name: str) -> str:
                    f'}} {name}_parameters;')),
         '/* Those of the arm that this was exported for; copy them to change some. */\n'
         f'extern const {name}_parameters {name}_default;',
-        _comment(_ARRAYS)]
+        _comment(_ARRAYS, storage(len(arm.base_parameters)), _ANGLES)]
     for function in functions:
         lines = [*(f'{a}: 7, {describe(a)}' for a in function.arguments),
                  *(f'{o.symbol}: {" x ".join(map(str, o.shape))}, {o.text} [{o.unit}]'
@@ -93,9 +100,10 @@ def _header(functions: list, arm: BaxterArm, name: str) -> str:
     return '\n\n'.join(parts) + '\n'
 
 
-def _source(functions: list, arm: BaxterArm, name: str) -> str:
+def _source(functions: list, arm: BaxterArm, name: str, command: str) -> str:
     values = ''.join(f'\n    .{p.name} = {p.value!r},' for p in parameters(arm))
-    parts = [_comment(*head(arm), f'Usage: see {name}.h.'), f'#include "{name}.h"', support(),
+    parts = [_comment(*head(arm, command), f'Usage: see {name}.h.'),
+             f'#include "{name}.h"', support(),
              f'const {name}_parameters {name}_default = {{{values}\n}};']
     for function in functions:
         parts += [_kernel(function, name), _one(function, name), _batch(function, name)]
@@ -181,7 +189,7 @@ def _batch_prototype(function: Function, name: str) -> str:
         *(f'double *{o.symbol}' for o in function.quantity.outputs)), ')')
 
 
-def _example(functions: list, arm: BaxterArm, name: str) -> str:
+def _example(functions: list, arm: BaxterArm, name: str, command: str) -> str:
     function = next((f for f in functions if f.quantity.name == 'inverse_dynamics'), functions[0])
     output, *others = function.quantity.outputs
     size, columns = prod(output.shape), output.shape[-1]
@@ -195,7 +203,7 @@ def _example(functions: list, arm: BaxterArm, name: str) -> str:
     arrays = ', '.join(f'{o.symbol}[{prod(o.shape)}]' for o in (output, *others))
     return f"""{_comment(f'{output.symbol} of one state: {output.text} [{output.unit}].',
              f'    gcc -O3 -march=native example.c {name}.c -o example -lm && ./example',
-             'prints', *(f'    {row}' for row in printed), head(arm)[0])}
+             'prints', *(f'    {row}' for row in printed), head(arm, command)[0])}
 
 #include <stdio.h>
 

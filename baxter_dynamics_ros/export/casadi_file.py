@@ -2,7 +2,10 @@
 
 from math import prod
 
+from .functions import COMMAND
 from .functions import Function
+from .kernels import check_module
+from .python_parts import CHECK
 from .python_parts import function_docstring
 from .python_parts import indented
 from .python_parts import long
@@ -19,9 +22,10 @@ Use, for each of FUNCTIONS, such as inverse_dynamics:
     f = function('inverse_dynamics')        # a casadi.Function (q, qd, qdd) -> (tau)
     f = function('inverse_dynamics', None)  # ... (q, qd, qdd, parameters) -> (tau)
 
-Parameters are a dictionary, numbers or symbols by name, and PARAMETERS, this arm's, by default.
-A casadi.Function takes them as a vector (n) in the order of PARAMETERS. Called with matrices
-(7, n) it computes n states, and gives their results side by side.
+Parameters are a dictionary, numbers or symbols by name, and PARAMETERS, this arm's, by default;
+function() takes numbers alone, or None. A casadi.Function takes them as a vector (n) in the order
+of PARAMETERS. Called with matrices (7, n) it computes n states, and gives their results side by
+side.
 """
 
 _STACKED = 'h is a matrix (49, 7): h_ikm is in row 7 i + k, column m, counted from 0.'
@@ -31,8 +35,8 @@ def function(name, parameters=PARAMETERS):
     """
     Return a casadi.Function by the name of one of FUNCTIONS.
 
-    Its inputs are vectors (7), its outputs as that function returns them, all named. Parameters
-    are built in; with None they are one more input.
+    Its inputs are vectors (7), its outputs as that function returns them, all named. Parameters,
+    numbers by name, are built in; with None they are one more input.
     """
     compute, arguments, results = FUNCTIONS[name]
     inputs = {argument: casadi.SX.sym(argument, 7) for argument in arguments}
@@ -59,7 +63,8 @@ def _matrix(elements, rows, columns):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write a Python file for CasADi.
 
@@ -71,18 +76,26 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are the defaults.
     name : str, optional
         How the file's name begins.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
     dict
         File name -> text: ``name_casadi.py``.
 
+    Raises
+    ------
+    ArgumentError
+        If no module can have that name.
+
     """
+    check_module(name)
     parts = [module_docstring('Dynamics of a Baxter arm as CasADi expressions and functions.',
-                              arm, _USAGE),
+                              arm, command, _USAGE),
              '\nimport casadi\n\n', parameter_table(arm)]
     parts += [f'\n\n{_definition(function)}' for function in functions]
-    parts += [f'\n\n{_table(functions)}\n', _TOOLS]
+    parts += [f'\n\n{_table(functions)}\n', _TOOLS, '\n', CHECK]
     return {f'{name}_casadi.py': ''.join(parts)}
 
 

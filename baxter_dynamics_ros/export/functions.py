@@ -27,13 +27,12 @@ SYMBOLS = {
 }
 DEFAULT_SYMBOLS = ('M', 'C', 'G', 'MCG', 'tau')
 
-CONVENTIONS = (
-    f'Joint order: {", ".join(JOINTS)}. tau is positive in the direction of positive q.',
-    'Units: q rad, qd rad/s, qdd rad/s^2, tau N m; a matrix is given row by row.',
-)
+CONVENTION = (f'Joint order: {", ".join(JOINTS)}. tau is positive in the direction of positive '
+              'q.')
+COMMAND = 'baxter_dynamics export'
 SOURCE = ('Closed-form dynamics of a Baxter arm, tau = M(q) qdd + C(q, qd) qd + G(q), after '
           '"Lagrange-Euler Closed Dynamics Model of the Baxter Robot", its two errors mended; '
-          'written by `baxter_dynamics export`.')
+          'written by `{command}`.')
 _LABELS = {'qd': 'joint velocities [rad/s]', 'qdd': 'joint accelerations [rad/s^2]',
            'tau': 'joint torques [N m]', 'q': 'joint positions [rad]'}
 
@@ -80,24 +79,38 @@ def derive(arm: BaxterArm, symbols=DEFAULT_SYMBOLS) -> list:
         offset out.
 
     """
+    check_symbols(symbols)
     from ..closed_form.derivation import program_of  # CasADi
     if (arm.parameters.theta_offset != theta_offsets()).any():
         raise ArgumentError('parameters', 'the functions have theta_2 = q_2 + pi/2 built in; '
                             'an arm without that correction cannot be exported')
+    result = []
+    for symbol in symbols:
+        quantity, tilted = QUANTITIES[SYMBOLS[symbol]], not arm.dynamics.upright
+        if tilted and quantity.name == 'regressor':
+            quantity = TILTED_REGRESSOR
+        result.append(Function(quantity, program_of(quantity, tilted)))
+    return result
+
+
+def check_symbols(symbols):
+    """
+    Refuse what is no list of quantities.
+
+    Raises
+    ------
+    ArgumentError
+        If a symbol is unknown or named twice, or there is none.
+
+    """
     if not symbols:
         raise ArgumentError('quantities', f'name at least one of {", ".join(SYMBOLS)}')
-    result = []
     for i, symbol in enumerate(symbols):
         if symbol not in SYMBOLS:
             raise ArgumentError('quantities', f'unknown {symbol!r}; expected some of '
                                 f'{", ".join(SYMBOLS)}')
         if symbol in symbols[:i]:
             raise ArgumentError('quantities', f'{symbol} is named twice')
-        quantity, tilted = QUANTITIES[SYMBOLS[symbol]], not arm.dynamics.upright
-        if tilted and quantity.name == 'regressor':
-            quantity = TILTED_REGRESSOR
-        result.append(Function(quantity, program_of(quantity, tilted)))
-    return result
 
 
 def constants(arm: BaxterArm) -> dict:

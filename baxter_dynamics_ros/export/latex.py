@@ -5,8 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .body import NAMES
-from .legend import head
+from .functions import COMMAND
+from .legend import arm_paragraphs
 from .legend import parameters
+from .legend import RIGID
 from .notation import formula
 from .notation import symbol
 from ..closed_form.derivation import program_of
@@ -18,7 +20,13 @@ from ..core.exceptions import ArgumentError
 from ..core.joints import JOINTS
 
 _DIGITS = 8  # of the parameters' values
+_ESCAPES = {**{character: f'\\{character}' for character in '#$%&_{}'},
+            '^': r'\textasciicircum{}', '~': r'\textasciitilde{}', '<': r'\textless{}',
+            '>': r'\textgreater{}', '|': r'\textbar{}', '"': r'\textquotedbl{}'}
 _BLOCKS = 3  # of the table of parameters, side by side
+
+
+_SYMBOLS = ('M', 'G', 'MCG')  # by the names of export: what asks for something that is printed
 
 
 class _Printed(NamedTuple):
@@ -56,8 +64,10 @@ _START = r"""\documentclass[11pt,a4paper]{article}
 The Lagrange--Euler dynamics of one arm are
 \[ \tau = M(q)\,\ddot q + C(q,\dot q)\,\dot q + G(q), \]
 here with the paper's two corrections. This is the printable part, written by
-\texttt{baxter\_dynamics export}: definitions, each in terms of those before, and what follows.
-<arm>
+\texttt{<command>}: definitions, each in terms of those before, and what follows.
+
+{\footnotesize <arm> Here xx7 stands for $J_{xx7}$, hx7 for $h_{x7}$, up\_z for $u_z$,
+and so on.\par}
 
 \section{Conventions}
 
@@ -86,11 +96,13 @@ joint. <up>
 \section{Parameters}
 
 """
+_NOTHING = 'LaTeX prints G and the diagonal of M, and nothing else; name G, M or MCG'
 _UPRIGHT = 'In frame $\\{0\\}$ the gravity vector is $(0, 0, -u_z)$.'
 _TILTED = 'In frame $\\{0\\}$ the gravity vector is $(-u_x, -u_y, -u_z)$.'
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write an article with the formulas of G and of the diagonal of M.
 
@@ -102,6 +114,8 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are listed.
     name : str, optional
         The file's name.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
@@ -114,17 +128,37 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         If none of the functions gives G or M.
 
     """
-    quantities = {function.quantity.name for function in functions}
-    printed = [each for each in _PRINTED if each.wanted_by & quantities]
-    if not printed:
-        raise ArgumentError('quantities', 'LaTeX prints G and the diagonal of M, and nothing '
-                            'else; name G, M or MCG')
+    sections = printed(function.quantity.name for function in functions)
+    if not sections:
+        raise ArgumentError('quantities', _NOTHING)
     return {f'{name}.tex': '\n'.join([
-        _introduction(arm), _parameter_table(arm), *_formulas(printed, arm),
+        _introduction(arm, command), _parameter_table(arm), *_formulas(sections, arm),
         '\n\\end{document}\n'])}
 
 
-def _introduction(arm: BaxterArm) -> str:
+def printable(symbols) -> list:
+    """
+    Return those of the symbols of an export of which something can be printed.
+
+    Raises
+    ------
+    ArgumentError
+        If there is none.
+
+    """
+    result = [symbol for symbol in symbols if symbol in _SYMBOLS]
+    if not result:
+        raise ArgumentError('quantities', _NOTHING)
+    return result
+
+
+def printed(quantities) -> list:
+    """Return what is printed for quantities, by name: G, the diagonal of M, or both."""
+    names = set(quantities)
+    return [each for each in _PRINTED if each.wanted_by & names]
+
+
+def _introduction(arm: BaxterArm, command: str) -> str:
     p = arm.parameters
     links = []
     for i, joint in enumerate(JOINTS):
@@ -133,11 +167,16 @@ def _introduction(arm: BaxterArm) -> str:
         links.append(f'{i + 1} & {joint} & ${theta}$ & ${p.d[i]:g}$ & ${p.a[i]:g}$ & '
                      f'${alpha}$ \\\\')
     result = _START
-    for field, text in (('arm', head(arm)[-1]), ('joints', ', '.join(JOINTS)),
+    for field, text in (('arm', _escaped(' '.join((RIGID, *arm_paragraphs(arm))))),
+                        ('command', _escaped(command)), ('joints', ', '.join(JOINTS)),
                         ('links', '\n'.join(links)),
                         ('up', _UPRIGHT if arm.dynamics.upright else _TILTED)):
         result = result.replace(f'<{field}>', text)
     return result
+
+
+def _escaped(text: str) -> str:
+    return ''.join(_ESCAPES.get(character, character) for character in text)
 
 
 def _parameter_table(arm: BaxterArm) -> str:

@@ -2,9 +2,13 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
+from .functions import COMMAND
 from .functions import constants
-from .functions import CONVENTIONS
+from .functions import CONVENTION
 from .functions import SOURCE
+from .payload import rule
 from ..core.arm import BaxterArm
 from ..core.base_parameters import NAMES
 
@@ -18,6 +22,10 @@ FRAMES = (
     'turned by 90 degrees for link 2 alone, where theta_2 = q_2 + pi/2. Inertial parameters are '
     'base parameters, all that torques can tell of the links: what lies on the own axis of a '
     "joint is counted to the link before it. In this order they are the regressor's columns.")
+
+
+RIGID = ("tau is the rigid body's. The effort that a real Baxter measures has the springs at s1, "
+         'friction and bias as well.')
 
 
 class Parameter(NamedTuple):
@@ -35,15 +43,47 @@ def parameters(arm: BaxterArm) -> list:
             if not (arm.dynamics.upright and name in _ONLY_TILTED)]
 
 
-def head(arm: BaxterArm) -> list:
-    """Return the paragraphs that open a file."""
+def head(arm: BaxterArm, command: str = COMMAND) -> list:
+    """Return the paragraphs that open a file, which a command wrote."""
+    return [SOURCE.format(command=command), CONVENTION, RIGID, *arm_paragraphs(arm)]
+
+
+def arm_paragraphs(arm: BaxterArm) -> list:
+    """Return the paragraphs about the arm: payload, gravity, how it is mounted."""
     payload = arm.payload
     carried = (f'The payload of {payload.mass:g} kg at {list(payload.center_of_mass)} m in the '
                'hand frame is in the parameters.' if payload.mass else 'The hand is empty.')
     gravity = ('Gravity is along the axis of joint 1; for a tilted base, export anew.'
                if arm.dynamics.upright else 'Gravity may have any direction.')
-    return [SOURCE, CONVENTIONS[0],
-            f'{carried} {gravity} Another payload or other links change the parameters alone.']
+    return [f'{carried} {gravity} Other links change the parameters alone. {rule(arm)}',
+            _mounted(arm)]
+
+
+def storage(columns: int) -> str:
+    """Return how matrices lie in memory, of a regressor with so many columns."""
+    return (f'Matrices are stored row by row: element (i, k), counted from 0, is at 7 i + k; of '
+            f'the regressor Y at {columns} i + k; h_ikm at 49 i + 7 k + m.')
+
+
+def _mounted(arm: BaxterArm) -> str:
+    """Return how the paper's frame {0} lies in the base frame, and the gravity vector there."""
+    rotation, place = arm.mount[:3, :3], _vector(arm.mount[:3, 3])
+    up = 'up_z is' if arm.dynamics.upright else 'up_x, up_y and up_z are'
+    if (arm.mount == np.eye(4)).all():
+        text = 'is the base frame'
+    elif rotation[2, 2] == 1.0:
+        yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
+        text = f"has its origin at {place} m in the robot's base, turned by {yaw:.6g} rad about z"
+    else:
+        rows = ', '.join(_vector(row) for row in rotation)
+        text = (f"has its origin at {place} m in the robot's base, and its axes are the columns "
+                f'of the matrix with the rows {rows}')
+    return (f"{up} along axes of the paper's frame {{0}}, which {text}. Exported for the gravity "
+            f'vector {_vector(arm.gravity_vector)} m/s^2 in base axes.')
+
+
+def _vector(numbers) -> str:
+    return f'({", ".join(f"{x + 0.0:.6g}" for x in numbers)})'
 
 
 def _meaning(name: str) -> tuple:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .body import body_of
 from .body import folded
+from .functions import COMMAND
 from .functions import describe
 from .functions import Function
 from .legend import FRAMES
@@ -17,10 +18,21 @@ from ..core.joints import N_JOINTS
 
 _WIDTH = 92
 _LONGEST_NAME = 63  # that MATLAB tells apart
+# The end of the parameters' file: it checks and returns what it is given.
+_FIELDS = """    if nargin
+        unknown = setdiff(fieldnames(given), fieldnames(p));
+        missing = setdiff(fieldnames(p), fieldnames(given));
+        if ~isempty(unknown) || ~isempty(missing)
+            error('%s:fields', 'p: unknown field [%%s], missing field [%%s]', ...
+                strjoin(unknown(:)', ' '), strjoin(missing(:)', ' '));
+        end
+        p = given;
+    end"""
 _ELEMENTWISE = re.compile(r' ([*/]) ')
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write functions for MATLAB and GNU Octave.
 
@@ -32,6 +44,8 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are the defaults.
     name : str, optional
         How the functions' names begin.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
@@ -48,7 +62,7 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
     if not re.fullmatch('[A-Za-z][A-Za-z0-9_]*', name) or len(max(names, key=len)) > _LONGEST_NAME:
         raise ArgumentError('name', f'{name!r} cannot begin the name of a MATLAB function; use a '
                             'letter, then letters, digits and _, and not too many')
-    explained = head(arm)
+    explained = head(arm, command)
     result = {f'{names[0]}.m': _parameters_file(arm, names[0], explained)}
     for own, function in zip(names[1:], functions):
         result[f'{own}.m'] = _function_file(function, own, names[0], explained)
@@ -56,13 +70,15 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
 
 
 def _parameters_file(arm: BaxterArm, name: str, explained: list) -> str:
-    lines = [f'function p = {name}()',
+    lines = [f'function p = {name}(given)',
              *_help(f"{name.upper()}  The arm's numbers, for the functions beside this one.", '',
-                    'Change a field to change the arm: hand p over as their last argument.', '',
+                    'Change a field to change the arm: hand p over as their last argument.',
+                    'A struct with other fields than these is refused.', '',
                     *explained, FRAMES)]
     for parameter in parameters(arm):
         value = f'    p.{parameter.name} = {parameter.value!r};'
         lines.append(f'{value:<38}% {parameter.unit}, {parameter.text}')
+    lines.append(_FIELDS % name)
     return _text(lines, 'end')
 
 
@@ -83,8 +99,10 @@ def _function_file(function: Function, name: str, defaults: str, explained: list
           for output in outputs), '',
         f'{function.program.operations()} operations a state, beside sines and cosines.', '',
         *explained)]
-    lines += [f'    if nargin < {len(function.arguments) + 1}', f'        p = {defaults}();',
-              '    end', '    n = size(q, 2);', *_check(function.arguments, name)]
+    count = len(function.arguments)
+    lines += [f'    narginchk({count}, {count + 1});', f'    if nargin <= {count}',
+              f'        p = {defaults}();', '    else', f'        p = {defaults}(p);', '    end',
+              '    n = size(q, 2);', *_check(function.arguments, name)]
     lines.append('    s = sin(q);    c = cos(q);')
     lines += _in_rows(5, [f'{element} = {element.rstrip("1234567")}({element[-1]}, :);'
                           for element in body.elements])

@@ -2,9 +2,13 @@
 
 from math import prod
 
+from .body import folded
+from .functions import COMMAND
 from .functions import Function
 from .kernels import check_module
 from .kernels import kernel
+from .legend import storage
+from .python_parts import CHECK
 from .python_parts import function_docstring
 from .python_parts import indented
 from .python_parts import long
@@ -17,10 +21,13 @@ from .series import TURN
 from ..core.arm import BaxterArm
 
 _USAGE = """
-Each function is there for one state, float arrays (7), and as ..._batch for n of them, C-ordered
-arrays (n, 7), whose results have n as their first axis. The last argument is the array p of the
-arm's numbers; array() gives this arm's, and array({**PARAMETERS, 'up_z': 1.62}) those on the
-moon:
+Each function is there for one state, an array (7), and as ..._batch for n of them, an array
+(n, 7), whose results have n as their first axis. Arrays are float64 and C-contiguous, as
+np.ascontiguousarray(x, float) makes them, and so are results.
+%s
+
+The last argument is the array p of the arm's numbers; array() gives this arm's, and
+array({**PARAMETERS, 'up_z': 1.62}) those on the moon:
 
     p = array()
     tau = inverse_dynamics(q, qd, qdd, p)
@@ -39,11 +46,13 @@ OPTIONS = {'cache': True, 'error_model': 'numpy'}
 """
 
 _SINES = f'''
+
 _NAMES = tuple(PARAMETERS)
 
 
 def array(parameters=PARAMETERS):
     """Return an arm's numbers as an array in the order of PARAMETERS."""
+    _check(parameters)
     return np.array([parameters[name] for name in PARAMETERS], float)
 
 
@@ -68,7 +77,8 @@ def _sin_cos(angles, sines, cosines):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write functions in Python for numba.
 
@@ -80,6 +90,8 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are the defaults.
     name : str, optional
         How the module's name begins.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
@@ -93,12 +105,18 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
 
     """
     check_module(name)
-    parts = [module_docstring('Dynamics of a Baxter arm, compiled by numba.', arm, _USAGE),
-             _IMPORTS, parameter_table(arm), _SINES % _horner()]
+    parts = [module_docstring('Dynamics of a Baxter arm, compiled by numba.', arm, command,
+                              _usage(arm)),
+             _IMPORTS, parameter_table(arm), '\n', CHECK, _SINES % _horner()]
     for function in functions:
         for text in (_one(function), _batch(function), kernel(function, arm)):
             parts += ['\n\n@njit(**OPTIONS)\n', text]
     return {f'{name}_numba.py': ''.join(parts)}
+
+
+def _usage(arm: BaxterArm) -> str:
+    stored = folded(storage(len(arm.base_parameters)), 98, '')
+    return _USAGE % stored
 
 
 def _horner() -> str:

@@ -1,8 +1,10 @@
 """Python with NumPy alone: one module, for one state or many."""
 
+from .functions import COMMAND
 from .functions import Function
 from .kernels import check_module
 from .kernels import kernel
+from .python_parts import CHECK
 from .python_parts import function_docstring
 from .python_parts import indented
 from .python_parts import long
@@ -33,6 +35,8 @@ _numbers = itemgetter(*PARAMETERS)
 
 def _compute(kernel, shapes, parameters, *vectors):
     """Call a kernel: for one state with floats, for many with arrays, a block at a time."""
+    if parameters is not PARAMETERS:
+        _check(parameters)
     numbers = _numbers(parameters)
     vectors = [np.asarray(vector, float) for vector in vectors]
     for vector in vectors:
@@ -67,7 +71,8 @@ def _size(shape):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write functions in Python, which need NumPy alone.
 
@@ -79,6 +84,8 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are the defaults.
     name : str, optional
         Of the module.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
@@ -92,11 +99,11 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
 
     """
     check_module(name)
-    parts = [module_docstring('Dynamics of a Baxter arm, with NumPy alone.', arm, _USAGE),
+    parts = [module_docstring('Dynamics of a Baxter arm, with NumPy alone.', arm, command, _USAGE),
              _IMPORTS, parameter_table(arm)]
     for function in functions:
         parts += ['\n\n', _definition(function), '\n\n', kernel(function, arm)]
-    return {f'{name}.py': ''.join((*parts, '\n', _COMPUTE))}
+    return {f'{name}.py': ''.join((*parts, '\n', _COMPUTE, '\n', CHECK))}
 
 
 def _definition(function: Function) -> str:

@@ -14,10 +14,20 @@ from ..core.arm import BaxterArm
 _WIDTH = 96
 _INDENT = ' ' * 4
 
+# What refuses parameters of another export, and names with a typing error.
+CHECK = """
+def _check(parameters):
+    if parameters.keys() != PARAMETERS.keys():
+        problems = [f'{word} {", ".join(map(str, names))}' for word, names in (
+            ('unknown', [name for name in parameters if name not in PARAMETERS]),
+            ('missing', [name for name in PARAMETERS if name not in parameters])) if names]
+        raise ValueError(f'parameters: {"; ".join(problems)}; expected the names of PARAMETERS')
+"""
 
-def module_docstring(title: str, arm: BaxterArm, usage: str) -> str:
+
+def module_docstring(title: str, arm: BaxterArm, command: str, usage: str) -> str:
     """Return the docstring of a file: its title, the head, and how to use it."""
-    paragraphs = (folded(paragraph, _WIDTH, '') for paragraph in (*head(arm), FRAMES))
+    paragraphs = (folded(paragraph, _WIDTH, '') for paragraph in (*head(arm, command), FRAMES))
     return '\n\n'.join([f'"""\n{title}', *paragraphs, usage.strip('\n') + '\n"""\n'])
 
 
@@ -57,6 +67,7 @@ def statements(function: Function, assign=None) -> list:
     """
     body = body_of(function, [f'out[{i}]' for i in range(function.size)])
     lines = []
+    lines.append('_check(parameters)')
     if body.constants:
         names = ', '.join(body.constants)
         quoted = ', '.join(repr(name) for name in body.constants)

@@ -1,6 +1,9 @@
 """SymPy: a Python file that returns matrices and the definitions they are written in."""
 
+from .functions import COMMAND
 from .functions import Function
+from .kernels import check_module
+from .python_parts import CHECK
 from .python_parts import function_docstring
 from .python_parts import indented
 from .python_parts import long
@@ -17,8 +20,8 @@ Matrix in terms of them, which keeps everything small. To use them:
 
     definitions, G = gravity()                    # this arm's numbers
     definitions, G = gravity(parameters=SYMBOLS)  # symbols for them, or any dictionary by name
-    f = numeric([q], definitions, G)              # a function of seven numbers, by lambdify
-    G = expanded(definitions, G)                  # one long expression; of tau, a very long one
+    f = numeric([q], definitions, G)              # f(values): of one sequence of 7 numbers
+    G = expanded(definitions, G)                  # one long expression, of tau a very long one
 
 Substitute numbers in both: [(symbol, x.subs(values)) for symbol, x in definitions]. To have the
 definitions of several functions together, give each a prefix of its own.
@@ -35,11 +38,19 @@ def numeric(arguments, definitions, result):
 
 
 def expanded(definitions, result):
-    """Return result with all definitions put in."""
+    """Return result, or each of a tuple of results, with all definitions put in."""
     values = {}
     for symbol, expression in definitions:
         values[symbol] = sympy.sympify(expression).xreplace(values)
+    if isinstance(result, (tuple, list)):
+        return type(result)(each.xreplace(values) for each in result)
     return result.xreplace(values)
+
+
+def _check_lengths(**vectors):
+    for name, vector in vectors.items():
+        if len(vector) != 7:
+            raise ValueError(f'{name}: expected 7 symbols or numbers, got {len(vector)}')
 
 
 def _definer(prefix):
@@ -55,7 +66,8 @@ def _definer(prefix):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dict:
+def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict:
     """
     Write a Python file for SymPy.
 
@@ -67,20 +79,29 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics') -> dic
         Whose numbers are the defaults.
     name : str, optional
         How the file's name begins.
+    command : str, optional
+        What writes them, for the files' heads.
 
     Returns
     -------
     dict
         File name -> text: ``name_sympy.py``.
 
+    Raises
+    ------
+    ArgumentError
+        If no module can have that name.
+
     """
+    check_module(name)
     symbols = [f"{vector} = sympy.symbols('{vector}1:8', real=True)\n"
                for vector in ('q', 'qd', 'qdd', 'tau')]
-    parts = [module_docstring('Dynamics of a Baxter arm as SymPy expressions.', arm, _USAGE),
+    parts = [module_docstring('Dynamics of a Baxter arm as SymPy expressions.', arm, command,
+                              _USAGE),
              '\nimport sympy\n\n', *symbols, '\n', parameter_table(arm),
              'SYMBOLS = {name: sympy.Symbol(name, real=True) for name in PARAMETERS}\n']
     parts += [f'\n\n{_definition(function)}' for function in functions]
-    return {f'{name}_sympy.py': ''.join([*parts, '\n', _TOOLS])}
+    return {f'{name}_sympy.py': ''.join([*parts, '\n', _TOOLS, '\n', CHECK])}
 
 
 def _definition(function: Function) -> str:
@@ -88,6 +109,7 @@ def _definition(function: Function) -> str:
     several = len(function.quantity.outputs) > 1
     lines = function_docstring(function, f'definitions and ({symbols}): ' if several else
                                f'definitions and {symbols}: ')
+    lines.append(f'_check_lengths({", ".join(f"{a}={a}" for a in function.arguments)})')
     lines += ['definitions, define = _definer(prefix)',
               "s1, s2, s3, s4, s5, s6, s7 = [define(f's{i + 1}', sympy.sin(q[i])) "
               'for i in range(7)]',

@@ -264,6 +264,10 @@ def test_the_header_explains_everything(export, functions, arm):
             assert f' * {output.symbol}: {shape}, ' in comment
             assert f'[{output.unit}]' in comment
         assert f'{function.program.operations()} operations' in comment
+    said = ' '.join(text.replace(' * ', ' ').split())
+    columns = len(arm.base_parameters)
+    assert f'at 7 i + k; of the regressor Y at {columns} i + k; h_ikm at 49 i + 7 k + m' in said
+    assert '|q| < 1e+08 rad' in said
     assert max(map(len, text.splitlines())) <= 99
 
 

@@ -8,7 +8,6 @@ from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core.exceptions import ArgumentError
 from baxter_dynamics_ros.export import matlab
-from baxter_dynamics_ros.export.functions import constants
 from baxter_dynamics_ros.export.legend import parameters
 import numpy as np
 import pytest
@@ -70,7 +69,7 @@ def test_another_payload_is_other_parameters(export, functions, compute, specifi
     loaded = BaxterArm(Payload(0.9, (0.01, 0.02, 0.1), (1e-3, 1e-3, 1e-3, 1e-4, 0.0, 0.0)))
     symbols = 'MCG', 'tau', 'regressor'
     export('matlab', BaxterArm(), symbols)
-    setup = [f'p.{name} = {value!r};' for name, value in constants(loaded).items()]
+    setup = [f'p.{p.name} = {p.value!r};' for p in parameters(loaded)]
     truth = specification(loaded)
     for name, results in compute(functions(loaded, symbols), ', p', '\n'.join(setup)).items():
         truth.check(name, *results)
@@ -95,6 +94,16 @@ def test_states_in_the_wrong_shape(export, octave, arguments):
     done = octave(f'{NAME}_terms({arguments});')
     assert done.returncode == 1
     assert done.stderr.startswith('error: q, qd: expected 7 x n\n')
+
+
+@pytest.mark.parametrize('change, problem', [
+    ("p = setfield(p, 'up_x', 1);", 'unknown field [up_x], missing field []'),
+    ("p = rmfield(setfield(p, 'XX7', 1), 'xx7');", 'unknown field [XX7], missing field [xx7]')])
+def test_parameters_of_another_export_are_refused(export, octave, change, problem):
+    export('matlab', BaxterArm(), ('G',))
+    done = octave(f'p = {NAME}_parameters(); {change} {NAME}_gravity(zeros(7, 1), p);')
+    assert done.returncode == 1
+    assert done.stderr.startswith(f'error: p: {problem}')
 
 
 def test_help_explains_a_function(export, octave):

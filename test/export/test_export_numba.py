@@ -8,7 +8,7 @@ from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core.exceptions import ArgumentError
 from baxter_dynamics_ros.export import numba_file
-from baxter_dynamics_ros.export.functions import constants
+from baxter_dynamics_ros.export.legend import parameters
 import numpy as np
 import pytest
 
@@ -58,7 +58,7 @@ def compare(export, functions, states, specification, run, tmp_path):
         np.savez(tmp_path / 'states.npz', **states)
         named = functions(arm, *symbols)
         calls = {function.quantity.name: function.arguments for function in named}
-        changes = {} if changed is None else constants(changed)
+        changes = {p.name: p.value for p in parameters(changed)} if changed else {}
         run(ALL % (changes, calls), **environment)
         truth = specification(changed or arm)
         with np.load(tmp_path / 'results.npz') as results:

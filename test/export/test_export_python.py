@@ -9,7 +9,6 @@ from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core.exceptions import ArgumentError
 from baxter_dynamics_ros.export import python
-from baxter_dynamics_ros.export.functions import constants
 from baxter_dynamics_ros.export.functions import SYMBOLS
 from baxter_dynamics_ros.export.legend import parameters
 import numpy as np
@@ -123,9 +122,30 @@ def test_batches_beyond_a_block(load, random_states):
 def test_another_payload_is_other_parameters(load, states, specification):
     loaded = BaxterArm(Payload(0.9, (0.01, 0.02, 0.1), (1e-3, 1e-3, 1e-3, 1e-4, 0.0, 0.0)))
     module, truth = load(BaxterArm(), ('tau',)), specification(loaded)
-    known = dict(reversed(constants(loaded).items()))  # by name, in whatever order
+    known = {p.name: p.value for p in reversed(parameters(loaded))}  # in whatever order
     truth.check('inverse_dynamics', module.inverse_dynamics(
         states['q'], states['qd'], states['qdd'], known))
+
+
+@pytest.mark.parametrize('change, problem', [
+    ({'up_x': 1.0}, 'parameters: unknown up_x; expected'),
+    ({'XX7': 1.0, 'xx7': None}, 'parameters: unknown XX7; missing xx7; expected')])
+@pytest.mark.parametrize('target', ['python', 'casadi_file', 'sympy_file', 'numba_file'])
+def test_parameters_of_another_export_are_refused(export, target, change, problem):
+    pytest.importorskip(target.partition('_')[0].replace('python', 'numpy'))
+    (path,) = export(target, BaxterArm(), ('G',)).values()
+    spec = importlib.util.spec_from_file_location('exported', path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    values = {name: value for name, value in {**module.PARAMETERS, **change}.items()
+              if value is not None}
+    with pytest.raises(ValueError, match=problem):
+        if target == 'numba_file':
+            module.array(values)
+        elif target == 'casadi_file':
+            module.function('gravity', values)
+        else:
+            module.gravity([0.1] * 7, parameters=values)
 
 
 @pytest.mark.parametrize('shape', [(), (6,), (7, 1), (3, 8)])

@@ -89,6 +89,19 @@ def test_gravity_written_out_is_the_gradient_of_a_potential(load, arm, states):
     assert np.abs(value).max() > 1.0
 
 
+def test_several_results_are_expanded_together(load):
+    module = load(BaxterArm(), ('MCG',))
+    m, c, g = module.expanded(*module.terms())
+    assert m.free_symbols | g.free_symbols <= set(module.q)
+    assert c.free_symbols <= {*module.q, *module.qd}
+
+
+@pytest.mark.parametrize('length', [6, 8])
+def test_vectors_of_another_length_are_refused(load, length):
+    with pytest.raises(ValueError, match=f'q: expected 7 symbols or numbers, got {length}'):
+        load(BaxterArm(), ('G',)).gravity([0.1] * length)
+
+
 def test_symbols_of_ones_own(load):
     module = load(BaxterArm(), ('G',))
     t = sympy.Symbol('t')
