@@ -46,6 +46,8 @@ _PRINTED = (
              {'mass_matrix', 'terms', 'torque_terms'}),
 )
 
+# The way to another payload takes the other files a table's worth of text.
+_OTHER = 'Another payload or other links change the parameters alone: export again.'
 _START = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[margin=22mm]{geometry}
 \usepackage{amsmath}
@@ -66,8 +68,7 @@ The Lagrange--Euler dynamics of one arm are
 here with the paper's two corrections. This is the printable part, written by
 \texttt{<command>}: definitions, each in terms of those before, and what follows.
 
-{\footnotesize <arm> Here xx7 stands for $J_{xx7}$, hx7 for $h_{x7}$, up\_z for $u_z$,
-and so on.\par}
+{\footnotesize <arm> Here up\_z stands for $u_z$, and so on.\par}
 
 \section{Conventions}
 
@@ -167,8 +168,10 @@ def _introduction(arm: BaxterArm, command: str) -> str:
         links.append(f'{i + 1} & {joint} & ${theta}$ & ${p.d[i]:g}$ & ${p.a[i]:g}$ & '
                      f'${alpha}$ \\\\')
     result = _START
-    for field, text in (('arm', _escaped(' '.join((RIGID, *arm_paragraphs(arm))))),
-                        ('command', _escaped(command)), ('joints', ', '.join(JOINTS)),
+    about = ' '.join((RIGID, *arm_paragraphs(arm, _OTHER)))
+    for field, text in (('arm', _escaped(about)),
+                        ('command', _escaped(command.replace('`', ''))),
+                        ('joints', ', '.join(JOINTS)),
                         ('links', '\n'.join(links)),
                         ('up', _UPRIGHT if arm.dynamics.upright else _TILTED)):
         result = result.replace(f'<{field}>', text)

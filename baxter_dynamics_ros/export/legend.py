@@ -45,18 +45,18 @@ def parameters(arm: BaxterArm) -> list:
 
 def head(arm: BaxterArm, command: str = COMMAND) -> list:
     """Return the paragraphs that open a file, which a command wrote."""
-    return [SOURCE.format(command=command), CONVENTION, RIGID, *arm_paragraphs(arm)]
+    return [SOURCE.format(command=command), CONVENTION, RIGID,
+            *arm_paragraphs(arm, f'Other links change the parameters alone. {rule(arm)}')]
 
 
-def arm_paragraphs(arm: BaxterArm) -> list:
-    """Return the paragraphs about the arm: payload, gravity, how it is mounted."""
+def arm_paragraphs(arm: BaxterArm, other: str) -> list:
+    """Return the paragraphs about the arm: payload, ``other`` payloads, gravity, its mount."""
     payload = arm.payload
     carried = (f'The payload of {payload.mass:g} kg at {list(payload.center_of_mass)} m in the '
                'hand frame is in the parameters.' if payload.mass else 'The hand is empty.')
     gravity = ('Gravity is along the axis of joint 1; for a tilted base, export anew.'
                if arm.dynamics.upright else 'Gravity may have any direction.')
-    return [f'{carried} {gravity} Other links change the parameters alone. {rule(arm)}',
-            _mounted(arm)]
+    return [f'{carried} {gravity} {other}', _mounted(arm)]
 
 
 def storage(columns: int) -> str:
