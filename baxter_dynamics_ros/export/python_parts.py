@@ -1,4 +1,4 @@
-"""Parts of Python files that compute with a library's symbols."""
+"""Parts that the exported Python files share, whatever library computes in them."""
 
 from math import prod
 
