@@ -10,10 +10,9 @@ from .frames import N
 from .program import Program
 from .quantities import CONSTANTS
 from .quantities import formulate
+from .quantities import ONLY_TILTED
 from .quantities import Quantity
 from ..core.exceptions import BaxterDynamicsError
-
-_ONLY_TILTED = ('hx1', 'hy1', 'up_x', 'up_y')
 
 
 def program_of(quantity: Quantity, tilted: bool) -> Program:
@@ -30,7 +29,7 @@ def program_of(quantity: Quantity, tilted: bool) -> Program:
 
     """
     vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
-    constants = {name: 0 if name in _ONLY_TILTED and not tilted else casadi.SX.sym(name)
+    constants = {name: 0 if name in ONLY_TILTED and not tilted else casadi.SX.sym(name)
                  for name in CONSTANTS}
     formulation = formulate(vectors['sin_q'], vectors['cos_q'], constants)
     values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))

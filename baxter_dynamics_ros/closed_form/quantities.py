@@ -70,6 +70,8 @@ TILTED_REGRESSOR = Quantity('regressor', ('qd', 'qdd'), (_y(len(TILTED_NAMES)),)
 # The order in which programs take the arm's numbers: base parameters, lengths, minus gravity.
 UP_NAMES = ('up_x', 'up_y', 'up_z')
 CONSTANTS = (*TILTED_NAMES, *LENGTH_NAMES, *UP_NAMES)
+# ... of which these are felt only where gravity is not along the axis of joint 1.
+ONLY_TILTED = (*TILTED_NAMES[len(NAMES):], *UP_NAMES[:2])
 
 
 def formulate(sine, cosine, constants: dict) -> Formulation:

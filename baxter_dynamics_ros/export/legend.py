@@ -9,11 +9,9 @@ from .functions import constants
 from .functions import CONVENTION
 from .functions import SOURCE
 from .payload import rule
+from ..closed_form.quantities import ONLY_TILTED
 from ..core.arm import BaxterArm
-from ..core.base_parameters import NAMES
-
-# Felt only where gravity is not along the axis of joint 1.
-_ONLY_TILTED = ('hx1', 'hy1', 'up_x', 'up_y')
+from ..core.base_parameters import TILTED_NAMES
 
 # What the parameters mean.
 FRAMES = (
@@ -40,7 +38,7 @@ class Parameter(NamedTuple):
 def parameters(arm: BaxterArm) -> list:
     """Return the numbers that the functions of an arm may read, as Parameters, in order."""
     return [Parameter(name, value, *_meaning(name)) for name, value in constants(arm).items()
-            if not (arm.dynamics.upright and name in _ONLY_TILTED)]
+            if not (arm.dynamics.upright and name in ONLY_TILTED)]
 
 
 def head(arm: BaxterArm, command: str = COMMAND) -> list:
@@ -92,7 +90,7 @@ def _meaning(name: str) -> tuple:
         return 'kg m^2', 'moment of inertia of link 1 about its joint'
     if name.startswith('up_'):
         return 'm/s^2', f"minus the gravity vector, {name[-1]} in the paper's frame {{0}}"
-    if name in NAMES or name in _ONLY_TILTED:
+    if name in TILTED_NAMES:
         element, link = name[:-1], name[-1]
         if element[0] == 'h':
             return 'kg m', f'first moment of mass {element[1]} of link {link}, body frame {link}'

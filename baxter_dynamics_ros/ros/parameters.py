@@ -37,7 +37,7 @@ def declare(node) -> PredictorSettings:
         except InvalidParameterValueException as error:
             raise ArgumentError(setting.name, str(error)) from None
         values[setting.name] = parameter.value
-    return PredictorSettings(values)
+    return PredictorSettings(values).warm_up()
 
 
 def refuse_misspelt(node):
@@ -73,7 +73,7 @@ def proposed(settings: PredictorSettings, parameters) -> PredictorSettings:
     """
     changes = {parameter.name: parameter.value for parameter in parameters
                if parameter.name in settings.values}
-    return PredictorSettings({**settings.values, **changes})
+    return PredictorSettings({**settings.values, **changes}).warm_up()
 
 
 def verdict(settings: PredictorSettings, parameters) -> SetParametersResult:

@@ -169,6 +169,18 @@ class PredictorSettings:
         self.effort_model = model if enabled else EffortModel.rigid()
         self._inverse_dynamics = self._choose_method()
 
+    def warm_up(self) -> 'PredictorSettings':
+        """
+        Compute once what messages and services will ask for, and return these settings.
+
+        numba, where it computes, loads or compiles then, and not when a message waits.
+        """
+        q, qd, qdd = np.zeros((3, N_JOINTS))
+        self._inverse_dynamics(q, qd, qdd)
+        self.arm.gravity(q)
+        self.arm.terms(q, qd)
+        return self
+
     def predictor(self) -> Predictor:
         """Return a new stream handler with these settings."""
         return Predictor(self.values['arm'], self._inverse_dynamics, self.effort_model,
@@ -192,13 +204,7 @@ class PredictorSettings:
 
     def _choose_method(self):
         if self.values['method'] == 'lagrange_euler':
-            method = self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
-            # numba, where it computes, loads or compiles now, and not when a message waits.
-            zeros = np.zeros((3, N_JOINTS))
-            method(*zeros)
-            self.arm.gravity(zeros[0])
-            self.arm.terms(*zeros[:2])
-            return method
+            return self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
         try:
             from ..newton_euler import NewtonEuler
         except ImportError as error:
