@@ -43,6 +43,7 @@ demo = ros + offline + [
 ]
 test = demo + export + fast + [
     'sympy==1.14.0',
+    'hypothesis==6.170.15',
     'pytest==9.0.3',
     'pytest-timeout==2.4.0',
     'pytest-xdist==3.8.0',

@@ -1,8 +1,9 @@
 """
 Measure the node against a bare relay with the same subscription and publishers.
 
-Alternating, in one run: latency from publishing a joint state to receiving what is made of it,
-processor time, and messages lost. Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
+Everything is on: all five topics of each arm are subscribed to. Alternating, in one run: latency
+from publishing a joint state to receiving the residual that is made of it, processor time, and
+residuals lost. Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
 """
 
 import argparse
@@ -13,35 +14,50 @@ import subprocess
 import sys
 import time
 
+from baxter_dynamics_ros.core.joints import SIDES
 from baxter_dynamics_ros.ros import topics
 from baxter_dynamics_ros.ros.messages import joint_state
 from baxter_dynamics_ros.ros.messages import stamp_ns
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
+from geometry_msgs.msg import WrenchStamped
 import numpy as np
 import rclpy
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
 SETTLE = 1.0  # [s] streamed before anything is counted
 KINDS = {
     'relay': [str(Path(__file__).with_name('relay.py'))],
     'node': ['-m', 'baxter_dynamics_ros.ros.torque_predictor'],
+    'both': ['-m', 'baxter_dynamics_ros.ros.torque_predictor', '--ros-args', '-p', 'arm:=both'],
     'newton': ['-m', 'baxter_dynamics_ros.ros.torque_predictor', '--ros-args', '-p',
                'method:=newton_euler'],
 }
 
 
+KINDS_OF_TOPICS = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
+                   topics.EXTERNAL_EFFORT: JointState, topics.EXTERNAL_WRENCH: WrenchStamped,
+                   topics.CONTACT: Bool}
+
+
 class Driver(Node):
     """Publishes joint states at a rate, and notes when each comes back as a residual."""
 
-    def __init__(self):
+    def __init__(self, sides: tuple):
         super().__init__('driver')
         self.publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
-        self.create_subscription(JointState, '/torque_predictor/effort_residual', self._on_answer,
-                                 1000)
         self.answers = []
+        for side in sides:
+            for name, kind in KINDS_OF_TOPICS.items():
+                topic = topics.below_node(name, side).replace('~', '/torque_predictor')
+                if name == topics.EFFORT_RESIDUAL and side == sides[0]:
+                    self.residual = topic
+                    self.create_subscription(kind, topic, self._on_answer, 1000)
+                else:  # listened to, but not looked at
+                    self.create_subscription(kind, topic, _ignore, 1000, raw=True)
 
     def _on_answer(self, message):
         self.answers.append((stamp_ns(message.header), time.perf_counter()))
@@ -78,16 +94,20 @@ class Driver(Node):
         return sent
 
 
+def _ignore(message):
+    pass
+
+
 def measure(kind: str, rate: float, seconds: float) -> dict:
     """Run one kind of process at one rate."""
     rclpy.init(args=[])
-    driver = Driver()
+    driver = Driver(SIDES if kind == 'both' else ('',))
     process = subprocess.Popen([sys.executable, *KINDS[kind]], stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL)
     try:
         limit = time.monotonic() + 20.0
         while (driver.publisher.get_subscription_count() == 0
-               or driver.count_publishers('/torque_predictor/effort_residual') == 0):
+               or driver.count_publishers(driver.residual) == 0):
             rclpy.spin_once(driver, timeout_sec=0.05)
             if time.monotonic() > limit:
                 raise SystemExit(f'{kind} did not start')

@@ -23,6 +23,10 @@ os.environ.setdefault(ENGINE_VARIABLE, PYTHON)
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / 'shared'
 
+# For the nodes of the tests, and read by Fast DDS: they find each other at once.
+os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE',
+                      str(REPOSITORY / 'test' / 'node' / 'discovery.xml'))
+
 _TILT = np.array([[1.0, 0.0, 0.0, 0.0],  # 0.7 rad about the base's x axis
                   [0.0, np.cos(0.7), -np.sin(0.7), 0.0],
                   [0.0, np.sin(0.7), np.cos(0.7), 0.0],
@@ -38,6 +42,11 @@ CASES = {
         'mount': _TILT @ mount('left'),
     },
 }
+
+
+def pytest_configure(config):
+    """Let pytest-xdist take files as they come, not those of few tests, the long ones, last."""
+    config.option.loadscopereorder = False
 
 
 @pytest.fixture
@@ -305,6 +314,8 @@ def all_changed():
             return not setting.default
         if isinstance(setting.default, str):
             return setting.choices[-1]
+        if isinstance(setting.default, int):
+            return setting.default + 1
         if isinstance(setting.default, float):
             return 1.0123456789 * setting.default or 0.123456789
         return [1.0123456789 * x or 0.0123456789 for x in setting.default]

@@ -193,7 +193,7 @@ def test_the_new_bags_topics_are_those_of_the_node():
     from rclpy.expand_topic_name import expand_topic_name
     for ours, nodes in ((evaluate.PREDICTED_EFFORT, topics.PREDICTED_EFFORT),
                         (evaluate.EFFORT_RESIDUAL, topics.EFFORT_RESIDUAL)):
-        assert ours == expand_topic_name(nodes, 'torque_predictor', '/')
+        assert ours == expand_topic_name(topics.below_node(nodes), 'torque_predictor', '/')
 
 
 @pytest.mark.parametrize('options, line', [

@@ -5,6 +5,7 @@ import re
 
 from baxter_dynamics_ros.core import paper_tables
 from baxter_dynamics_ros.signals.events import Event
+from baxter_dynamics_ros.signals.events import REMEDIES
 from baxter_dynamics_ros.signals.settings import SETTINGS
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def rows(text):
 
 @pytest.mark.parametrize('setting', SETTINGS, ids=lambda setting: setting.name)
 def test_each_parameter_is_documented_as_it_is(setting):
-    _, default, unit, limits, text = rows(NODE)[setting.name]
+    _, default, unit, limits, text = rows(NODE.split('## What it does')[0])[setting.name]
     assert text
     assert unit.replace('²', '^2') == setting.unit
     value = default.strip('`').replace('−', '-')
@@ -55,6 +56,17 @@ def test_each_event_is_documented(event):
     assert f'`{event.value}`' in NODE
 
 
+def test_each_message_of_the_diagnostics_is_explained():
+    diagnostics = pytest.importorskip(
+        'baxter_dynamics_ros.ros.diagnostics', reason='needs ROS 2')
+    explained = rows(NODE.split('## Diagnostics')[1])
+    for message in (*diagnostics.SAYS.values(), *REMEDIES.values()):
+        message = re.sub(r'^; ', '…; ', re.sub(r'\{[^}]*\}', '…', message))
+        assert message in explained, message
+    said = set(map(len, explained.values()))
+    assert said == {2, 4}  # keys of a status; message, level, cause, remedy
+
+
 def test_no_parameter_or_event_is_documented_that_is_not_there():
     table = NODE.split('## What it does')[0]
     documented = set(re.findall(r'^\| `([a-z_.]+)` \|', table, re.MULTILINE))
@@ -65,9 +77,10 @@ def test_no_parameter_or_event_is_documented_that_is_not_there():
 
 def test_readme_names_every_topic_and_service():
     topics = pytest.importorskip('baxter_dynamics_ros.ros.topics', reason='needs ROS 2')
-    for name in (topics.JOINT_STATES, topics.DIAGNOSTICS, topics.PREDICTED_EFFORT,
-                 topics.EFFORT_RESIDUAL, topics.GRAVITY_TORQUES, topics.INVERSE_DYNAMICS,
-                 topics.RESET):
+    for name in (topics.JOINT_STATES, topics.DIAGNOSTICS, topics.RESET, *map(topics.below_node, (
+            topics.PREDICTED_EFFORT, topics.EFFORT_RESIDUAL, topics.EXTERNAL_EFFORT,
+            topics.EXTERNAL_WRENCH, topics.CONTACT, topics.GRAVITY_TORQUES,
+            topics.INVERSE_DYNAMICS))):
         assert f'`{name}`' in README
 
 

@@ -139,6 +139,15 @@ def test_force_on_the_hand_shows_in_the_effort_with_the_sign_of_a_reaction():
     np.testing.assert_allclose(residual, -external, atol=0.05)
 
 
+def test_external_torque_shows_at_its_joint_with_the_sign_of_a_reaction():
+    robot = FakeBaxter(trajectory='hold', friction=False, noise=False)
+    run(robot, 0.5)
+    robot.torque = external = np.array([2.0, -3.0, 1.0, -2.0, 0.3, 0.2, -0.1])
+    q, _, effort = run(robot, 4.0)
+    residual = effort[-1] - BaxterArm().gravity(q[-1]) - EffortModel().spring(q[-1])
+    np.testing.assert_allclose(residual, -external, atol=0.05)
+
+
 def test_the_same_seed_gives_the_same_data():
     first, second, other = (run(FakeBaxter(seed=seed), 0.3) for seed in (5, 5, 6))
     np.testing.assert_array_equal(first, second)

@@ -8,6 +8,9 @@ import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
 from baxter_dynamics_ros.core.joints import SIDES
+from baxter_dynamics_ros.signals.arms import BOTH
+from baxter_dynamics_ros.signals.arms import named_settings
+from baxter_dynamics_ros.signals.arms import per_arm
 from baxter_dynamics_ros.signals.settings import DEFAULTS
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 import pytest
@@ -130,8 +133,8 @@ def test_files_of_launch_files_exist(path):
              for value in element.attrib.values() if value.startswith(share)]
     assert named
     for name in named:
-        for side in SIDES:
-            assert (REPOSITORY / name.replace('$(var arm)', side)).is_file(), name
+        for arm in (*SIDES, BOTH):
+            assert (REPOSITORY / name.replace('$(var arm)', arm)).is_file(), name
 
 
 @pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
@@ -160,13 +163,15 @@ def test_topics_and_parameters_of_launch_files_exist(path):
 def test_parameter_files_are_accepted(path):
     values = _parameters(path)
     assert values
-    PredictorSettings(values)  # raises at an unknown name or a refused value
+    per_arm(values)  # raises at an unknown name or a refused value
 
 
 @pytest.mark.parametrize('path', CONFIG, ids=lambda path: path.name)
 def test_parameter_files_have_the_types_that_ros_insists_on(path):
-    for name, value in _parameters(path).items():
-        assert _type(value) == _type(DEFAULTS[name]), name
+    values = _parameters(path)
+    known = named_settings(values.get('arm', 'right'))
+    for name, value in values.items():
+        assert _type(value) == _type(known[name].default), name
 
 
 @pytest.mark.parametrize('side', SIDES)

@@ -58,15 +58,15 @@ def test_numbers_have_a_decimal_point(tmp_path, mass):
         assert '.' in number
 
 
-def test_all_numbers_of_all_settings_have_one(tmp_path, all_changed):
+def test_all_numbers_of_all_settings_have_one_but_counts(tmp_path, all_changed):
     write_parameters(tmp_path / 'p.yaml', all_changed)
-
-    def kinds(content):
-        if isinstance(content, dict):
-            return set().union(*map(kinds, content.values()))
-        return {type(x) for x in content} if isinstance(content, list) else {type(content)}
-
-    assert kinds(yaml.safe_load((tmp_path / 'p.yaml').read_text())) == {str, bool, float}
+    written = yaml.safe_load((tmp_path / 'p.yaml').read_text())['/**']['ros__parameters']
+    for name, default in DEFAULTS.items():
+        value = written
+        for part in name.split('.'):
+            value = value[part]
+        kinds = {type(x) for x in value} if isinstance(value, list) else {type(value)}
+        assert kinds == {float if isinstance(default, tuple) else type(default)}, name
 
 
 @pytest.mark.parametrize('comment', [
@@ -114,7 +114,7 @@ NO_YAML = 'cannot be read as a parameter file ('
     ('/**: &a\n  ros__parameters: &b {payload: *b}', NO_YAML),
     (HEAD + '    payload: {mas: 1.0}', 'payload.mas: unknown setting; known are arm, '),
     (HEAD + '    3: 4', '3: unknown setting'),
-    (HEAD + '    arm: middle', "arm: expected one of right, left, got 'middle'"),
+    (HEAD + '    arm: middle', "arm: expected one of right, left, both, got 'middle'"),
     (HEAD + '    align: 1', 'align: expected true or false, got 1'),
     (HEAD + '    payload: {mass: -1.0}', 'payload.mass: expected a value in [0, 10], got -1'),
     (HEAD + '    payload: {mass: heavy}', 'payload.mass: expected real numbers'),

@@ -71,7 +71,7 @@ def hostile(n: int):
 @pytest.mark.parametrize('values', [{}, {'align': False, 'acceleration.cutoff': 50.0}],
                          ids=['default', 'unaligned'])
 def test_hostile_messages(values):
-    predictor = PredictorSettings(values).predictor()
+    predictor = PredictorSettings({'stamps': 'header', **values}).predictor()
     total = Counter()
     with np.errstate(divide='raise', over='raise', invalid='raise'):
         for message in hostile(6000):

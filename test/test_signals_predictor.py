@@ -291,8 +291,8 @@ def test_after_a_reset_predictions_are_withheld(event, change):
     assert predictor.counts[event] == 1
 
 
-def test_repeated_stamps_are_taken_in_without_prediction():
-    settings = PredictorSettings()
+def test_repeated_stamps_are_taken_in_without_prediction_where_stamps_are_believed():
+    settings = PredictorSettings({'stamps': 'header'})
     messages = measured(settings, 100)
     # As after a bridge: two messages arrive together, the first of them late.
     for i in range(0, 100, 2):

@@ -30,7 +30,7 @@ def bursts(t):
 def play(stamps, samples):
     """Return the accelerations and residuals (n, 7) of each message, NaN where there are none."""
     names = joint_names('left')
-    predictor = PredictorSettings({'arm': 'left'}).predictor()
+    predictor = PredictorSettings({'arm': 'left', 'stamps': 'header'}).predictor()
     result = np.full((2, *samples[0].shape), np.nan)
     for i, (stamp, *sample) in enumerate(zip(stamps, *samples)):
         prediction = None if stamp is None else predictor.handle(stamp, names, *sample)

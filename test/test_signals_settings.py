@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 NUMBERS = [s for s in SETTINGS if isinstance(s.default, float)]
+COUNTS = [s for s in SETTINGS if type(s.default) is int]
 LISTS = [s for s in SETTINGS if isinstance(s.default, tuple)]
 FLAGS = [s for s in SETTINGS if isinstance(s.default, bool)]
 WORDS = [s for s in SETTINGS if isinstance(s.default, str)]
@@ -40,7 +41,7 @@ def with_element(setting, i, value) -> list:
 
 
 def test_every_setting_is_of_a_known_kind():
-    assert len(NUMBERS + LISTS + FLAGS + WORDS) == len(SETTINGS) == len(DEFAULTS)
+    assert len(NUMBERS + COUNTS + LISTS + FLAGS + WORDS) == len(SETTINGS) == len(DEFAULTS)
     assert all(setting.description for setting in SETTINGS)
 
 
@@ -70,6 +71,14 @@ def test_range_of_a_number(setting):
         assert PredictorSettings({setting.name: bound}).values[setting.name] == bound
     refused(setting, setting.lower - 1e-9 * span)
     refused(setting, setting.upper + 1e-9 * span)
+
+
+@each(COUNTS)
+def test_range_of_a_count(setting):
+    for bound in (setting.lower, setting.upper):
+        assert PredictorSettings({setting.name: bound}).values[setting.name] == bound
+    for value in (setting.lower - 1, setting.upper + 1, float(setting.lower), True, '2', None):
+        refused(setting, value)
 
 
 @each(LISTS)
@@ -187,7 +196,7 @@ def test_arm_has_its_settings(side):
 def test_predictor_has_its_settings():
     predictor = PredictorSettings({'arm': 'left', 'acceleration.cutoff': 10.0,
                                    'acceleration.velocity_lag': 0.03}).predictor()
-    assert predictor.intake.names[0] == 'left_s0'
+    assert predictor.stream.intake.names[0] == 'left_s0'
     delay = 0.03 + np.sqrt(2) / (2 * np.pi * 10.0)
     assert predictor.estimator.delay == pytest.approx(delay, rel=1e-12)
     assert PredictorSettings({'align': False}).predictor().estimator.delay == 0.0
@@ -196,7 +205,7 @@ def test_predictor_has_its_settings():
 def test_predictors_of_the_same_settings_are_apart():
     settings = PredictorSettings()
     one, other = settings.predictor(), settings.predictor()
-    one.handle(1, one.intake.names, Q, QD, QDD)
+    one.handle(1, one.stream.intake.names, Q, QD, QDD)
     assert other.latest is None and not other.counts
 
 
@@ -211,7 +220,8 @@ def test_methods_agree(loaded, rng):
     q, stamp = Q.copy(), 10 ** 18
     for _ in range(100):
         q += rng.uniform(-0.01, 0.01, 7)
-        message = stamp, predictors[0].intake.names, q, rng.normal(size=7), rng.normal(size=7)
+        names = predictors[0].stream.intake.names
+        message = stamp, names, q, rng.normal(size=7), rng.normal(size=7)
         closed_form, recursive = (predictor.handle(*message) for predictor in predictors)
         stamp += 10_000_000
     np.testing.assert_allclose(recursive.tau, closed_form.tau, atol=1e-12)

@@ -51,7 +51,10 @@ def calibrate(recordings: list, values: dict = None, inertial: bool = False,
     """
     say = progress or (lambda text: None)
     arm = one_arm(recordings)
-    values = dict(PredictorSettings({**(values or {}), 'arm': arm}).values)
+    given = PredictorSettings({**(values or {}), 'arm': arm})
+    # The base's tilt that is given becomes part of gravity, which is fitted.
+    values = {**given.values, 'gravity': tuple(given.arm.gravity_vector.tolist()),
+              'base.roll': 0.0, 'base.pitch': 0.0}
     if not values['effort_model.enabled']:
         raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
                             'effort model to fit; begin with other parameters')

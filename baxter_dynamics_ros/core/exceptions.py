@@ -13,9 +13,12 @@ class ArgumentError(BaxterDynamicsError, ValueError):
     ----------
     argument : str
         The name of the argument.
+    problem : str
+        Why it cannot be used.
 
     """
 
     def __init__(self, argument: str, problem: str):
         super().__init__(f'{argument}: {problem}')
         self.argument = argument
+        self.problem = problem

@@ -7,8 +7,9 @@ import tempfile
 import yaml
 
 from ..core.exceptions import BaxterDynamicsError
+from ..signals.arms import BOTH
+from ..signals.arms import per_arm
 from ..signals.settings import DEFAULTS
-from ..signals.settings import PredictorSettings
 
 NODE = 'torque_predictor'
 _WILDCARDS = ('/**', '/*')
@@ -19,14 +20,22 @@ class ParameterFileError(BaxterDynamicsError):
     """A parameter file cannot be read or written, or does not fit."""
 
 
-def read_parameters(path: Path) -> dict:
+def read_parameters(path: Path, arm: str = None) -> dict:
     """
-    Return the predictor's settings in a parameter file, setting name to value.
+    Return the settings of one arm's predictor in a parameter file, setting name to value.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    arm : str, optional
+        'right' or 'left': whose settings, of a file for both arms.
 
     Raises
     ------
     ParameterFileError
-        If it cannot be read, has none, or one of them is unknown or refused.
+        If it cannot be read, has none, one of them is unknown or refused, or the file is for both
+        arms and arm is not given.
 
     """
     try:
@@ -39,10 +48,15 @@ def read_parameters(path: Path) -> dict:
         raise ParameterFileError(f'{path}: no parameters of {NODE}; expected /**: or {NODE}:, '
                                  'below it ros__parameters:, and below that the settings')
     try:
-        PredictorSettings(values)
+        arms = per_arm(values)
     except BaxterDynamicsError as error:
         raise ParameterFileError(f'{path}: {error}') from None
-    return values
+    if values.get('arm') != BOTH:
+        return values
+    if arm not in arms:
+        raise ParameterFileError(
+            f'{path}: is for both arms: say which by --arm, or give the file of one')
+    return arms[arm].values
 
 
 def write_parameters(path: Path, values: dict, comments=()):

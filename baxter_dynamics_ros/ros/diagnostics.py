@@ -1,175 +1,202 @@
-"""What goes on, and what is wrong and what to do, once a second."""
-
-from collections import Counter
+"""What goes on, and what is wrong and what to do: the diagnostics of one arm."""
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
-import numpy as np
 
 from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
 from ..signals.events import DROPPED
 from ..signals.events import Event
 from ..signals.events import NO_EFFORT
 from ..signals.events import REMEDIES
 from ..signals.events import RESETS
 
+OK = DiagnosticStatus.OK
+WARN = DiagnosticStatus.WARN
+ERROR = DiagnosticStatus.ERROR
+STALE = DiagnosticStatus.STALE
+
 STALE_AFTER = 1.0  # without a valid joint state of the arm [s]
+LONG_CONTACT = 30.0  # [s] after which a contact is taken for a load that the model lacks
 _SAMPLES_PER_CYCLE = 4  # of the cut-off frequency, at the least
 
-_INPUT_EVENTS = DROPPED + (Event.REPEATED_STAMP, Event.VELOCITY_MISSING)
+_INPUT_EVENTS = DROPPED + (Event.REPEATED_STAMP, Event.UNSTAMPED, Event.VELOCITY_MISSING)
 _FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 
-
-class PeriodStatistics:
-    """What has come in since the last report."""
-
-    def __init__(self):
-        self._counts = Counter()
-        self.was_dry = False  # joint states, but no prediction, in the period before
-        self.rate = float('inf')  # of the joint states in the period before [Hz]
-        self.clear(self._counts, 1.0)
-
-    def clear(self, counts: Counter, period: float):
-        """Begin a new period; ``counts`` are those of now, at the end of one of ``period`` [s]."""
-        taken = self.since(counts, 'taken')
-        self.was_dry = taken > 0 and not self.since(counts, 'predicted')
-        self.rate = taken / period or float('inf')
-        self._counts = Counter(counts)
-        self._square = np.zeros(N_JOINTS)
-        self._residuals = 0
-
-    def add(self, residual):
-        """Take the residual (7,) [N m] of a prediction, or None."""
-        if residual is not None:
-            self._square += residual * residual
-            self._residuals += 1
-
-    def since(self, counts: Counter, event) -> int:
-        """Return how often an event occurred in the period."""
-        return counts[event] - self._counts[event]
-
-    @property
-    def residual_rms(self) -> 'np.ndarray | None':
-        """RMS of the period's residuals (7,) [N m]; None if there were none."""
-        return np.sqrt(self._square / self._residuals) if self._residuals else None
+# What a status says, beside the REMEDIES of events. docs/node.md explains each.
+SAYS = {
+    'input': 'joint states arrive on {topic}',
+    'no input': 'no joint states of the {side} arm on {topic}: is the bridge running, and is the '
+                'ROS domain the same?',
+    'other arm': 'no joint states of the {side} arm on {topic}: others arrive, so is the other '
+                 'arm meant (parameter arm)?',
+    'header': 'stamps are believed',
+    'retimed': 'stamps are times of arrival, and are re-timed',
+    'locking': 'stamps are times of arrival; their period is being found',
+    'never locks': 'stamps are times of arrival of no even period: do joint states come at one '
+                   'rate, from one publisher?',
+    'running': 'running',
+    'settling': 'settling',
+    'waiting': 'waiting for joint states',
+    'never settles': 'joint states arrive but the filter never settles: see input and resets',
+    'slow': 'under {needed:g} joint states a second are too few for acceleration.cutoff: lower '
+            'it, or raise the rate',
+    'effort': 'measured effort is valid',
+    'no measurement': 'nothing measured',
+    'residual': 'RMS of measured - predicted effort',
+    'no residual': 'no residual in the last period',
+    'free': 'nothing pushes the arm',
+    'learning': 'nothing pushes the arm; what free motion is like is still being learnt',
+    'contact': 'contact: {joints}',
+    'long contact': 'contact at {joints} for {duration:.0f} s: if nothing touches the arm, the '
+                    'model lacks a load; set payload.* or calibrate, then call the service reset',
+    'no external': 'no external effort: see input and effort',
+    'withheld': '; the wrench is withheld, for the hand is near a singularity',
+}
 
 
-def report(node_name: str, topic: str, predictor, statistics: PeriodStatistics, age: float,
-           period: float) -> list:
+def report(place: str, topic: str, publishers: int, arm) -> list:
     """
-    Return the diagnostic statuses of a predictor.
+    Return the diagnostic statuses of an arm.
 
     Parameters
     ----------
-    node_name : str
-        With its namespace; stands in front of the statuses' names.
+    place : str
+        The node's name with its namespace, and the arm's side where it serves both; stands in
+        front of the statuses' names.
     topic : str
         Where the joint states come from.
-    predictor : Predictor
-        Whose.
-    statistics : PeriodStatistics
-        Of the last period.
-    age : float
-        Time since the arm's last valid joint state [s]; infinite if there was none.
-    period : float
-        Length of the period [s].
+    publishers : int
+        How many publish there.
+    arm : Arm
+        Whose; its statistics closed.
 
     """
-    statuses = [_input(topic, predictor, statistics, age, period),
-                _filter(predictor, statistics, age, period),
-                _effort(predictor, statistics, age),
-                _residual(predictor, statistics)]
+    statuses = [_input(arm, topic, publishers), _stamps(arm), _filter(arm), _effort(arm),
+                _residual(arm), _external(arm)]
     for status in statuses:
-        status.name = f'{node_name}: {status.name}'
-        status.hardware_id = f'baxter_{predictor.intake.side}_arm'
+        status.name = f'{place}: {status.name}'
+        status.hardware_id = f'baxter_{arm.predictor.stream.intake.side}_arm'
     return statuses
 
 
-def _input(topic, predictor, statistics, age, period):
-    counts = predictor.counts
-    status = DiagnosticStatus(name='input', level=DiagnosticStatus.OK,
-                              message=f'joint states arrive on {topic}')
-    _warn_of(status, _INPUT_EVENTS, counts, statistics)
-    if age > STALE_AFTER:
-        if status.level == DiagnosticStatus.OK:
-            status.level = DiagnosticStatus.STALE
-            status.message = f'no joint states of the {predictor.intake.side} arm on {topic}: ' + (
-                'others arrive, so is the other arm meant (parameter arm)?'
-                if statistics.since(counts, Event.NOT_THIS_ARM) else
-                'is the bridge running, and is the ROS domain the same?')
+def _input(arm, topic, publishers):
+    status = _status('input', OK, 'input', topic=topic)
+    _warn_of(status, _INPUT_EVENTS, arm)
+    if arm.age > STALE_AFTER:
+        if status.level == OK:
+            what = 'other arm' if arm.statistics.since(Event.NOT_THIS_ARM) else 'no input'
+            status = _status('input', STALE, what, topic=topic,
+                             side=arm.predictor.stream.intake.side)
         else:  # they arrive, and none can be used
-            status.level = DiagnosticStatus.ERROR
-    rate = statistics.since(counts, 'taken') / period
-    _add(status, 'rate [Hz]', f'{rate:.1f}')
-    _add(status, 'age [s]', f'{age:.3f}')
-    _add(status, 'received', counts['received'])
-    for event in _INPUT_EVENTS:
-        _add(status, event.value, counts[event])
+            status.level = ERROR
+    _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
+    _add(status, 'age [s]', f'{arm.age:.3f}')
+    _add(status, 'publishers', publishers)
+    _add(status, 'received', arm.predictor.counts['received'])
+    _add_counts(status, _INPUT_EVENTS, arm)
     return status
 
 
-def _filter(predictor, statistics, age, period):
-    status = DiagnosticStatus(name='filter', level=DiagnosticStatus.OK)
-    delay = predictor.estimator.delay
-    if age > STALE_AFTER:
-        state, status.level = 'waiting', DiagnosticStatus.STALE
-    elif statistics.since(predictor.counts, 'predicted'):
-        state = 'running'
-        if predictor.prediction is not None:
-            delay = (predictor.latest.stamp_ns - predictor.prediction.stamp_ns) * 1e-9
+def _stamps(arm):
+    clock = arm.predictor.stream.clock
+    if arm.age > STALE_AFTER:
+        status = _status('stamps', STALE, 'waiting')
+    elif not clock.retimed:
+        status = _status('stamps', OK, 'header')
+    elif clock.period:
+        status = _status('stamps', OK, 'retimed')
+    else:
+        status = (_status('stamps', WARN, 'never locks') if arm.statistics.was_dry
+                  else _status('stamps', OK, 'locking'))
+    _add(status, 're-timed', clock.retimed)
+    if clock.retimed and clock.period:
+        _add(status, 'period [s]', f'{clock.period:.6f}')
+        _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')
+    _add(status, 'delay of predictions [s]', f'{arm.predictor.delay:.4f}')
+    _add(status, 'delay of external effort [s]', f'{arm.predictor.estimator.velocity_lag:.4f}')
+    return status
+
+
+def _filter(arm):
+    predictor, statistics = arm.predictor, arm.statistics
+    if arm.age > STALE_AFTER:
+        state, status = 'waiting', _status('filter', STALE, 'waiting')
+    elif statistics.since('predicted'):
+        state, status = 'running', _status('filter', OK, 'running')
     else:
         state = 'settling'
-    status.message = state
-    if state == 'settling' and statistics.was_dry:
-        status.level = DiagnosticStatus.WARN
-        status.message = 'joint states arrive but the filter never settles: see input and resets'
+        status = (_status('filter', WARN, 'never settles') if statistics.was_dry
+                  else _status('filter', OK, 'settling'))
     needed = _SAMPLES_PER_CYCLE * predictor.estimator.cutoff
-    if 0.0 < max(statistics.since(predictor.counts, 'taken') / period, statistics.rate) < needed:
-        status.level = DiagnosticStatus.WARN
-        status.message = (f'under {needed:g} joint states a second are too few for '
-                          'acceleration.cutoff: lower it, or raise the rate')
-    _warn_of(status, _FILTER_EVENTS, predictor.counts, statistics)
+    if 0.0 < statistics.highest_rate < needed:
+        status = _status('filter', WARN, 'slow', needed=needed)
+    _warn_of(status, _FILTER_EVENTS, arm)
     _add(status, 'state', state)
-    _add(status, 'delay [s]', f'{delay:.4f}')
     _add(status, 'settling time [s]', f'{predictor.estimator.settling_time:.3f}')
     _add(status, 'predicted', predictor.counts['predicted'])
-    for event in _FILTER_EVENTS:
-        _add(status, event.value, predictor.counts[event])
+    _add_counts(status, _FILTER_EVENTS, arm)
     return status
 
 
-def _effort(predictor, statistics, age):
-    counts = predictor.counts
-    status = DiagnosticStatus(name='effort', level=DiagnosticStatus.OK,
-                              message='measured effort is valid')
-    _warn_of(status, NO_EFFORT, counts, statistics)
-    valid = str(status.level == DiagnosticStatus.OK)
-    if age > STALE_AFTER:
-        status.level, status.message, valid = DiagnosticStatus.STALE, 'nothing measured', 'unknown'
+def _effort(arm):
+    status = _status('effort', OK, 'effort')
+    _warn_of(status, NO_EFFORT, arm)
+    valid = str(status.level == OK)
+    if arm.age > STALE_AFTER:
+        status, valid = _status('effort', STALE, 'no measurement'), 'unknown'
     _add(status, 'valid', valid)
-    for event in NO_EFFORT:
-        _add(status, event.value, counts[event])
+    _add_counts(status, NO_EFFORT, arm)
     return status
 
 
-def _residual(predictor, statistics):
-    rms = statistics.residual_rms
-    status = DiagnosticStatus(name='residual', level=DiagnosticStatus.OK)
-    status.message = ('RMS of measured - predicted effort' if rms is not None
-                      else 'no residual in the last period')
+def _residual(arm):
+    rms = arm.statistics.residual_rms
+    status = _status('residual', OK, 'no residual' if rms is None else 'residual')
     for i, joint in enumerate(JOINTS):
         _add(status, f'{joint} RMS [N m]', 'none' if rms is None else f'{rms[i]:.3f}')
     return status
 
 
-def _warn_of(status, events, counts, statistics):
+def _external(arm):
+    detector = arm.predictor.external.detector
+    joints = ', '.join(joint for joint, over in zip(JOINTS, detector.joints) if over)
+    if arm.age > STALE_AFTER or not arm.statistics.since('external'):
+        status = _status('external', STALE, 'no external')
+    elif detector.in_contact and detector.duration > LONG_CONTACT:
+        status = _status('external', WARN, 'long contact', joints=joints,
+                         duration=detector.duration)
+    elif detector.in_contact:
+        status = _status('external', OK, 'contact', joints=joints)
+    else:
+        status = _status('external', OK, 'free' if detector.has_learnt else 'learning')
+    if arm.statistics.was_withheld:
+        status.message += SAYS['withheld']
+    _add(status, 'contact', detector.in_contact)
+    _add(status, 'joints in contact', joints)
+    _add(status, 'wrenches withheld', arm.statistics.withheld)
+    for name, values in (('bias', detector.bias), ('sigma', detector.sigma),
+                         ('threshold', detector.threshold)):
+        for joint, value in zip(JOINTS, values):
+            _add(status, f'{joint} {name} [N m]', f'{value:.3f}')
+    return status
+
+
+def _status(name: str, level, what: str, **details) -> DiagnosticStatus:
+    return DiagnosticStatus(name=name, level=level, message=SAYS[what].format(**details))
+
+
+def _warn_of(status, events, arm):
     """Raise the status to WARN, and say why, if any of the events occurred in the period."""
     reasons = [REMEDIES[event] for event in events
-               if event in REMEDIES and statistics.since(counts, event)]
+               if event in REMEDIES and arm.statistics.since(event)]
     if reasons:
-        status.level = DiagnosticStatus.WARN
+        status.level = WARN
         status.message = '; '.join(reasons)
+
+
+def _add_counts(status, events, arm):
+    for event in events:
+        _add(status, event.value, arm.predictor.counts[event])
 
 
 def _add(status, key, value):

@@ -16,13 +16,16 @@ from .parameters import refuse_misspelt
 from .process import run
 from ..core.exceptions import ArgumentError
 from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import N_JOINTS
 from ..core.joints import SIDES
 from ..core.parameters import Payload
 from ..core.validation import finite
 from ..signals.settings import SETTINGS
 
 _MAX_BEHIND = 0.5  # [s]; further behind, the robot skips time instead of catching up
-_MAX_FORCE = 200.0  # [N]
+# What may push the moving arm while it runs: length, greatest size, unit, and what it is.
+_PUSHES = {'force': (3, 200.0, 'N', "Force on the moving hand, axes of the robot's base"),
+           'torque': (N_JOINTS, 50.0, 'N m', 'External torque on the joints, s0 ... w2')}
 _PHYSICS = ('payload.mass', 'payload.center_of_mass', 'gravity')  # named as the predictor's
 
 
@@ -52,18 +55,21 @@ class FakeBaxterNode(Node):
             description='Rate of the joint states [Hz]; each is of the nearest millisecond.',
             read_only=True,
             floating_point_range=[FloatingPointRange(from_value=1.0, to_value=1000.0)])).value
-        self.declare_parameter('force', [0.0, 0.0, 0.0], ParameterDescriptor(
-            description="Force on the moving hand, axes of the robot's base [N].",
-            additional_constraints=f'3 numbers from {-_MAX_FORCE:g} to {_MAX_FORCE:g}'))
+        for name, (length, most, unit, description) in _PUSHES.items():
+            self.declare_parameter(name, [0.0] * length, ParameterDescriptor(
+                description=f'{description} [{unit}].',
+                additional_constraints=f'{length} numbers from {-most:g} to {most:g}'))
         load = {name: self._physics(name) for name in _PHYSICS}
         value = {name: self.get_parameter(name).value for name in (
-            'arm', 'trajectory', 'spring', 'friction', 'noise', 'seed', 'description', 'force')}
+            'arm', 'trajectory', 'spring', 'friction', 'noise', 'seed', 'description',
+            *_PUSHES)}
         self._baxter = robot.FakeBaxter(
             value['arm'], value['trajectory'], value['description'] or None, value['spring'],
             value['friction'], value['noise'], value['seed'],
             payload=Payload(load['payload.mass'], load['payload.center_of_mass']),
             gravity=load['gravity'])
-        self._baxter.force = _force(value['force'])
+        for name in _PUSHES:
+            setattr(self._baxter, name, _push(name, value[name]))
         refuse_misspelt(self)
         self.add_on_set_parameters_callback(_verdict)
         self.add_post_set_parameters_callback(self._on_parameters_set)
@@ -90,9 +96,11 @@ class FakeBaxterNode(Node):
 
     def _on_parameters_set(self, changes):
         for parameter in changes:
-            if parameter.name == 'force':
-                self._baxter.force = _force(parameter.value)
-                self.get_logger().info(f'force on the hand: {list(parameter.value)} N')
+            if parameter.name in _PUSHES:
+                push = _push(parameter.name, parameter.value)
+                setattr(self._baxter, parameter.name, push)
+                self.get_logger().info(
+                    f'{parameter.name}: {push.tolist()} {_PUSHES[parameter.name][2]}')
 
     def _physics(self, name):
         """Declare what the predictor has a setting for too, and return its value."""
@@ -112,18 +120,19 @@ class FakeBaxterNode(Node):
             raise ArgumentError(name, f'expected one of {", ".join(choices)}, got {value!r}')
 
 
-def _force(value) -> np.ndarray:
-    force = finite('force', list(value), (3,))
-    if np.abs(force).max() > _MAX_FORCE:
-        raise ArgumentError('force', f'expected at most {_MAX_FORCE:g} N, got {force}')
-    return force
+def _push(name: str, value) -> np.ndarray:
+    length, most, unit, _ = _PUSHES[name]
+    push = finite(name, list(value), (length,))
+    if np.abs(push).max() > most:
+        raise ArgumentError(name, f'expected at most {most:g} {unit}, got {push}')
+    return push
 
 
 def _verdict(changes) -> SetParametersResult:
     for parameter in changes:
-        if parameter.name == 'force':
+        if parameter.name in _PUSHES:
             try:
-                _force(parameter.value)
+                _push(parameter.name, parameter.value)
             except ArgumentError as error:
                 return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)

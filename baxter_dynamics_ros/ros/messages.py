@@ -30,6 +30,11 @@ def set_stamp(header, ns: int):
     header.stamp.sec, header.stamp.nanosec = divmod(min(max(ns, 0), _LAST), _NANOSECONDS)
 
 
+def set_vector(vector, values: np.ndarray):
+    """Set a ``geometry_msgs/Vector3`` to values (3,)."""
+    vector.x, vector.y, vector.z = values.tolist()
+
+
 def joint_state(names, ns: int, position=_NOTHING, velocity=_NOTHING,
                 effort=_NOTHING) -> JointState:
     """Return a joint state stamped ns."""

@@ -4,40 +4,86 @@ from difflib import get_close_matches
 import math
 
 from rcl_interfaces.msg import FloatingPointRange
+from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.exceptions import InvalidParameterValueException
 
 from ..core.exceptions import ArgumentError
-from ..signals.settings import PredictorSettings
+from ..signals.arms import BOTH
+from ..signals.arms import named_settings
+from ..signals.arms import per_arm
 from ..signals.settings import Setting
 from ..signals.settings import SETTINGS
 
 
-def declare(node) -> PredictorSettings:
+class Parameters:
     """
-    Declare all settings as parameters of the node and return what they were given.
+    The parameters' values, and what they say of each arm.
+
+    Parameters
+    ----------
+    values : dict
+        Parameter name to value.
+
+    Attributes
+    ----------
+    settings : dict
+        Side to :class:`PredictorSettings`, warmed up.
 
     Raises
     ------
     ArgumentError
-        If a given value is refused, or a given name is no parameter of the node.
+        If a value is refused.
 
     """
-    values = {}
-    for setting in SETTINGS:
-        default = setting.default
+
+    def __init__(self, values: dict):
+        self._values = values
+        self.settings = per_arm(values)
+        for settings in self.settings.values():
+            settings.warm_up()
+
+    @classmethod
+    def declare(cls, node) -> 'Parameters':
+        """
+        Declare all settings as parameters of the node and return what they were given.
+
+        Raises
+        ------
+        ArgumentError
+            If a given value is refused.
+
+        """
+        arm = next(setting for setting in SETTINGS if setting.name == 'arm')
+        values = {'arm': _declare(node, 'arm', arm)}
+        for name, setting in named_settings(values['arm']).items():
+            if name != 'arm':
+                values[name] = _declare(node, name, setting)
+        return cls(values)
+
+    def proposed(self, changes) -> 'Parameters':
+        """
+        Return the parameters as they would be with ``changes``, ROS parameters, set.
+
+        Raises
+        ------
+        ArgumentError
+            If a value is refused.
+
+        """
+        return Parameters({**self._values, **{
+            parameter.name: parameter.value for parameter in changes
+            if parameter.name in self._values}})
+
+    def verdict(self, changes) -> SetParametersResult:
+        """Say whether ``changes``, ROS parameters, may be set."""
         try:
-            parameter = node.declare_parameter(
-                setting.name, list(default) if isinstance(default, tuple) else default,
-                _descriptor(setting))
-        except InvalidParameterTypeException:
-            raise ArgumentError(setting.name, f'expected {_type(setting)}') from None
-        except InvalidParameterValueException as error:
-            raise ArgumentError(setting.name, str(error)) from None
-        values[setting.name] = parameter.value
-    return PredictorSettings(values).warm_up()
+            self.proposed(changes)
+        except ArgumentError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
 
 def refuse_misspelt(node):
@@ -61,28 +107,16 @@ def refuse_misspelt(node):
             node.get_logger().warning(f'parameter {name} is given, but there is none')
 
 
-def proposed(settings: PredictorSettings, parameters) -> PredictorSettings:
-    """
-    Return the settings as they would be with ``parameters`` set.
-
-    Raises
-    ------
-    ArgumentError
-        If a value is refused.
-
-    """
-    changes = {parameter.name: parameter.value for parameter in parameters
-               if parameter.name in settings.values}
-    return PredictorSettings({**settings.values, **changes}).warm_up()
-
-
-def verdict(settings: PredictorSettings, parameters) -> SetParametersResult:
-    """Say whether ``parameters`` may be set."""
+def _declare(node, name: str, setting: Setting):
+    default = setting.default
     try:
-        proposed(settings, parameters)
-    except ArgumentError as error:
-        return SetParametersResult(successful=False, reason=str(error))
-    return SetParametersResult(successful=True)
+        return node.declare_parameter(
+            name, list(default) if isinstance(default, tuple) else default,
+            _descriptor(setting)).value
+    except InvalidParameterTypeException:
+        raise ArgumentError(name, f'expected {_type(setting)}') from None
+    except InvalidParameterValueException as error:
+        raise ArgumentError(name, str(error)) from None
 
 
 def _descriptor(setting: Setting) -> ParameterDescriptor:
@@ -90,13 +124,17 @@ def _descriptor(setting: Setting) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=setting.description + unit, read_only=setting.read_only)
     constraints = []
+    default = setting.default
     if setting.choices:
-        constraints.append('one of ' + ', '.join(setting.choices))
-    if isinstance(setting.default, tuple):
-        constraints.append(f'{len(setting.default)} numbers')
+        constraints.append('one of ' + ', '.join(_choices(setting)))
+    if isinstance(default, tuple):
+        constraints.append(f'{len(default)} numbers')
     if math.isfinite(setting.lower):
         constraints.append(f'from {setting.lower:g} to {setting.upper:g}')
-        if isinstance(setting.default, float):
+        if isinstance(default, int):
+            descriptor.integer_range = [
+                IntegerRange(from_value=setting.lower, to_value=setting.upper, step=1)]
+        elif isinstance(default, float):
             descriptor.floating_point_range = [
                 FloatingPointRange(from_value=setting.lower, to_value=setting.upper)]
     descriptor.additional_constraints = ', '.join(constraints)
@@ -108,7 +146,14 @@ def _type(setting: Setting) -> str:
     if isinstance(default, bool):
         return 'true or false'
     if isinstance(default, str):
-        return 'one of ' + ', '.join(setting.choices)
+        return 'one of ' + ', '.join(_choices(setting))
+    if isinstance(default, int):
+        return 'a whole number, such as 2'
     if isinstance(default, tuple):
         return f'a list of {len(default)} numbers with decimal points, such as [1.0, ...]'
     return 'a number with a decimal point, such as 1.0'
+
+
+def _choices(setting: Setting) -> tuple:
+    """Return what may be chosen: the node knows both arms, a stream one."""
+    return (*setting.choices, BOTH) if setting.name == 'arm' else setting.choices

@@ -78,7 +78,7 @@ class Answers:
 
     @property
     def _names(self):
-        return self._predictor.intake.names
+        return self._predictor.stream.intake.names
 
     def _position(self, state):
         """Return q, its stamp [ns] and what it is, of a request's state."""
@@ -116,7 +116,7 @@ class Answers:
                 f'{self._state_age():.3f} s old')
 
     def _layout(self, state):
-        layout = self._predictor.intake.layout(state.name)
+        layout = self._predictor.stream.intake.layout(state.name)
         if layout is Event.DUPLICATE_JOINT:
             raise ArgumentError('state.name', 'names a joint of the arm twice')
         if isinstance(layout, Event):

@@ -1,4 +1,4 @@
-"""The node: predicts an arm's effort from its joint states, and publishes the residual."""
+"""The node: predicts arms' efforts from joint states, and tells what differs and what pushes."""
 
 import sys
 import time
@@ -12,41 +12,29 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from . import parameters
 from . import topics
-from .diagnostics import PeriodStatistics
+from .arm import Arm
 from .diagnostics import report
 from .messages import from_field
-from .messages import joint_state
-from .messages import set_stamp
 from .messages import stamp_ns
-from .messages import to_field
+from .parameters import Parameters
+from .parameters import refuse_misspelt
 from .process import run
-from .services import Answers
 
 _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
 class TorquePredictor(Node):
-    """Predict the effort of a Baxter arm from its joint states, and publish the residual."""
+    """Predict the effort of Baxter's arms from joint states; publish what differs, what pushes."""
 
     def __init__(self):
         super().__init__('torque_predictor')
-        self._settings = parameters.declare(self)
-        self._predictor = self._settings.predictor()
-        self._last_taken = -float('inf')  # monotonic time of a valid joint state of the arm [s]
-        self._last_prediction = -float('inf')  # monotonic time [s]
-        self._statistics = PeriodStatistics()
+        self._given = Parameters.declare(self)
+        settings = self._given.settings
+        only = len(settings) == 1
+        self._arms = {side: Arm(self, its, '' if only else side) for side, its in settings.items()}
         self._last_report = time.monotonic()
         self._reported = {}  # status name -> (level, message), to log changes
-
-        names = self._predictor.intake.names
-        self._predicted_message = joint_state(names, 0)
-        self._residual_message = joint_state(names, 0)
-        self._predicted = self.create_publisher(
-            JointState, topics.PREDICTED_EFFORT, topics.PUBLISHER_QOS)
-        self._residual = self.create_publisher(
-            JointState, topics.EFFORT_RESIDUAL, topics.PUBLISHER_QOS)
         self._diagnostics = self.create_publisher(
             DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
         self.create_service(Trigger, topics.RESET, self._on_reset)
@@ -57,65 +45,54 @@ class TorquePredictor(Node):
         # Diagnostics go on when simulated time stands still.
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
-        parameters.refuse_misspelt(self)
+        refuse_misspelt(self)
         self.add_on_set_parameters_callback(
-            lambda changes: parameters.verdict(self._settings, changes))
+            lambda changes: self._given.verdict(changes))
         self.add_post_set_parameters_callback(self._on_parameters_set)
-        self.get_logger().info(
-            f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
-            f'{self._predictor.estimator.delay * 1000:.0f} ms behind the newest joint state')
+        for arm in self._arms.values():
+            names = arm.predictor.stream.intake.names
+            self.get_logger().info(
+                f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
+                f'{arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state')
 
     def _on_joint_state(self, message: JointState):
-        predictor = self._predictor
-        taken = predictor.counts['taken']
-        prediction = predictor.handle(
-            stamp_ns(message.header), message.name, from_field(message.position),
-            from_field(message.velocity), from_field(message.effort))
-        if predictor.counts['taken'] != taken:
-            self._last_taken = time.monotonic()
-        if prediction is None:
-            return
-        self._last_prediction = self._last_taken
-        position, velocity = to_field(prediction.q), to_field(prediction.qd)
-        self._publish(self._predicted, self._predicted_message, prediction.stamp_ns,
-                      position, velocity, prediction.effort)
-        if prediction.residual is not None:
-            self._publish(self._residual, self._residual_message, prediction.stamp_ns,
-                          position, velocity, prediction.residual)
-        self._statistics.add(prediction.residual)
-
-    @staticmethod
-    def _publish(publisher, message, stamp, position, velocity, effort):
-        set_stamp(message.header, stamp)
-        message.position = position
-        message.velocity = velocity
-        message.effort = to_field(effort)
-        publisher.publish(message)
+        stamp = stamp_ns(message.header)
+        stamped = stamp != 0
+        if not stamped:
+            stamp = self.get_clock().now().nanoseconds
+        fields = (message.name, from_field(message.position), from_field(message.velocity),
+                  from_field(message.effort))
+        for arm in self._arms.values():
+            arm.take(stamp, stamped, *fields)
 
     def _on_reset(self, request, response):
-        self._predictor.reset()
+        for arm in self._arms.values():
+            arm.predictor.reset()
+            settling = arm.predictor.estimator.settling_time
         response.success = True
-        response.message = ('filter state forgotten: predictions return after '
-                            f'{self._predictor.estimator.settling_time:.2f} s')
+        response.message = ('filter state and what free motion is like are forgotten: predictions '
+                            f'return after {settling:.2f} s')
         return response
 
     def _on_parameters_set(self, changes):
-        settings = parameters.proposed(self._settings, changes)
-        settings.configure(self._predictor, self._settings)
-        self._settings = settings
+        self._given = self._given.proposed(changes)
+        for side, settings in self._given.settings.items():
+            self._arms[side].configure(settings)
 
     def _on_diagnostics(self):
         now = time.monotonic()
         period = now - self._last_report
-        statuses = report(
-            self.get_fully_qualified_name().lstrip('/'), self._subscription.topic_name,
-            self._predictor, self._statistics, now - self._last_taken, period)
-        self._statistics.clear(self._predictor.counts, period)
         self._last_report = now
-        message = DiagnosticArray(status=statuses)
+        name, topic = self.get_fully_qualified_name().lstrip('/'), self._subscription.topic_name
+        message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
+        for arm in self._arms.values():
+            arm.statistics.close(arm.predictor.counts, period)
+            message.status += report('/'.join(filter(None, (name, arm.side))), topic,
+                                     self.count_publishers(topic), arm)
+            arm.statistics.begin()
         self._diagnostics.publish(message)
-        for status in statuses:
+        for status in message.status:
             said = status.level, status.message
             if self._reported.get(status.name) != said:
                 self._log(status)
@@ -137,14 +114,8 @@ class TorquePredictor(Node):
                 'package baxter_dynamics_interfaces, which is not installed. It lies beside this '
                 'one: build it with colcon, or `pip install ./baxter_dynamics_interfaces`')
             return
-        answers = Answers(self._predictor, lambda: time.monotonic() - self._last_taken,
-                          lambda: time.monotonic() - self._last_prediction)
-        self.create_service(
-            GravityTorques, topics.GRAVITY_TORQUES,
-            lambda request, response: answers.gravity_torques(self._settings, request, response))
-        self.create_service(
-            InverseDynamics, topics.INVERSE_DYNAMICS,
-            lambda request, response: answers.inverse_dynamics(self._settings, request, response))
+        for arm in self._arms.values():
+            arm.offer_services(GravityTorques, InverseDynamics)
 
 
 def main(args=None):

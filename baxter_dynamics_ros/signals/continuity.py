@@ -19,9 +19,18 @@ UNKNOWN_PERIOD = 0.03
 
 
 class Continuity:
-    """Remembers the last sample that was taken in and judges the next against it."""
+    """
+    Remembers the last sample that was taken in and judges the next against it.
+
+    Attributes
+    ----------
+    repeated : bool
+        Whether the sample that was judged last came at once after the one before, with its data.
+
+    """
 
     def __init__(self):
+        self.repeated = False
         self._last = None  # (stamp [ns], q, qd, effort)
         self._out_of_order = 0
 
@@ -30,7 +39,7 @@ class Continuity:
         self._last = None
         self._out_of_order = 0
 
-    def judge(self, stamp_ns: int, q: np.ndarray, qd, effort) -> 'Event | None':
+    def judge(self, stamp_ns: int, q: np.ndarray, qd, effort, period=None) -> 'Event | None':
         """
         Judge a sample, and remember it unless it is dropped.
 
@@ -42,6 +51,8 @@ class Continuity:
             Position [rad].
         qd, effort : ndarray (7,) or None
             Velocity [rad/s] and effort [N m].
+        period : float, optional
+            How far apart samples are in truth, where stamps are times of arrival [s].
 
         Returns
         -------
@@ -50,13 +61,14 @@ class Continuity:
             RESET_...: start anew with it. None: it continues the stream, or begins it.
 
         """
-        event = self._verdict(stamp_ns, q, qd, effort)
+        event = self._verdict(stamp_ns, q, qd, effort, period)
         if event is None or event not in DROPPED:
             self._last = (stamp_ns, q, qd, effort)
             self._out_of_order = 0
         return event
 
-    def _verdict(self, stamp_ns, q, qd, effort):
+    def _verdict(self, stamp_ns, q, qd, effort, period):
+        self.repeated = False
         if self._last is None:
             return None
         last_stamp, last_q, last_qd, last_effort = self._last
@@ -68,13 +80,18 @@ class Continuity:
             if -dt >= CLOCK_JUMP or self._out_of_order >= MAX_OUT_OF_ORDER:
                 return Event.RESET_CLOCK_JUMP
             return Event.OUT_OF_ORDER
-        if dt == 0.0 and (_same(q, last_q) and _same(qd, last_qd) and _same(effort, last_effort)):
-            return Event.DUPLICATE
+        if dt < SHORTEST_PERIOD:
+            self.repeated = (_same(q, last_q) and _same(qd, last_qd)
+                             and _same(effort, last_effort))
+            if dt == 0.0 and self.repeated:
+                return Event.DUPLICATE
         if (qd is None) != (last_qd is None):
             return Event.RESET_VELOCITY_SOURCE
         moved = np.abs(q - last_q)
         if np.count_nonzero(moved > _MARGIN):  # else it is no jump, whatever the period
-            period = dt if dt >= SHORTEST_PERIOD else UNKNOWN_PERIOD
+            if period is None and dt < SHORTEST_PERIOD:
+                period = UNKNOWN_PERIOD
+            period = max(dt, period or 0.0)
             if np.count_nonzero(moved - _MARGIN > (1.5 * period) * VELOCITY_LIMIT):
                 return Event.RESET_POSITION_JUMP
         return Event.REPEATED_STAMP if dt == 0.0 else None

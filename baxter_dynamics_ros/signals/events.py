@@ -23,10 +23,13 @@ class Event(Enum):
     RESET_CLOCK_JUMP = 'reset_clock_jump'
     RESET_POSITION_JUMP = 'reset_position_jump'
     RESET_VELOCITY_SOURCE = 'reset_velocity_source'
+    RESET_RETIMED = 'reset_retimed'
+    RESET_RESYNC = 'reset_resync'
     RESET_REQUESTED = 'reset_requested'
     EFFORT_MISSING = 'effort_missing'
     EFFORT_ALL_ZERO = 'effort_all_zero'
     VELOCITY_MISSING = 'velocity_missing'
+    UNSTAMPED = 'unstamped'
     SPRING_HELD = 'spring_held'
 
 
@@ -35,7 +38,8 @@ DROPPED = (Event.NOT_THIS_ARM, Event.INCOMPLETE_ARM, Event.DUPLICATE_JOINT, Even
            Event.NON_FINITE, Event.IMPLAUSIBLE, Event.OUT_OF_ORDER, Event.DUPLICATE)
 # The filter starts anew.
 RESETS = (Event.RESET_GAP, Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP,
-          Event.RESET_VELOCITY_SOURCE, Event.RESET_REQUESTED)
+          Event.RESET_VELOCITY_SOURCE, Event.RESET_RETIMED, Event.RESET_RESYNC,
+          Event.RESET_REQUESTED)
 # There is no residual.
 NO_EFFORT = (Event.EFFORT_MISSING, Event.EFFORT_ALL_ZERO)
 
@@ -53,8 +57,10 @@ REMEDIES = {
     Event.OUT_OF_ORDER: 'stamps run backwards: is there a second publisher on the topic?',
     Event.DUPLICATE: 'the same message arrives twice: is the topic bridged twice?',
     Event.REPEATED_STAMP:
-        'several messages bear one stamp: they are arrival times or not filled in; have the '
-        "bridge keep the robot's stamps",
+        'several messages bear one stamp, as times of arrival do: the parameter stamps at auto '
+        're-times them once that is certain, arrival from the start',
+    Event.UNSTAMPED:
+        'the stamps are not filled in: the time of arrival at this node takes their place',
     Event.RESET_GAP:
         'more than 0.25 s between stamps: check the network and the rate, and whether this '
         'process was stopped',
@@ -66,6 +72,12 @@ REMEDIES = {
         'or was a simulated arm put elsewhere?',
     Event.RESET_VELOCITY_SOURCE:
         'velocity comes and goes: is there a second publisher on the topic?',
+    Event.RESET_RETIMED:
+        'stamps are times of arrival and are re-timed from here on; better is a bridge that '
+        "keeps the robot's stamps",
+    Event.RESET_RESYNC:
+        'times of arrival ran away from the re-timed ones: did the rate change, or are many '
+        'messages lost?',
     Event.EFFORT_MISSING: 'no measured effort: predictions only, no residual',
     Event.EFFORT_ALL_ZERO:
         'measured effort is exactly zero on all joints, as some simulators publish: effort '

@@ -45,6 +45,10 @@ class MotionEstimator:
         How far before the newest sample the estimate is, measured velocities given [s].
     settling_time : float
         How long after a reset estimates are withheld [s].
+    velocity : ndarray (7,)
+        The newest velocity, as measured, or the slope of the positions [rad/s].
+    velocity_lag : float
+        How far that lags the newest position [s].
 
     """
 
@@ -53,9 +57,11 @@ class MotionEstimator:
         self._filter = ButterworthDerivative(cutoff)
         self._slope = PositionSlope()
         self._history = DelayLine()
-        self._velocity_lag = velocity_lag
+        self._measured_lag = velocity_lag
         self._align = align
         self._t = None  # of the newest sample, since the last reset [s]
+        self.velocity = None
+        self.velocity_lag = velocity_lag
         self.delay = velocity_lag + self._filter.delay if align else 0.0
         self.settling_time = max(self._filter.settling_time, self.delay)
 
@@ -86,10 +92,11 @@ class MotionEstimator:
         """
         first = self._t is None
         self._t = 0.0 if first else self._t + dt
-        velocity_lag = self._velocity_lag
+        self.velocity_lag = self._measured_lag
         if qd is None:
             qd = self._slope.update(self._t, q)
-            velocity_lag = self._slope.lag
+            self.velocity_lag = self._slope.lag
+        self.velocity = qd
         if first:
             self._filter.reset(qd)
         else:
@@ -97,7 +104,7 @@ class MotionEstimator:
         if not self._align:
             motion = Motion(0.0, q, qd, self._filter.derivative, effort)
         else:
-            delay = velocity_lag + self._filter.delay
+            delay = self.velocity_lag + self._filter.delay
             self._history.append(self._t, q, effort)
             then = self._history.at(self._t - delay)
             if then is None:

@@ -1,17 +1,15 @@
 """The stream handler: a joint state in, a prediction and its residual out."""
 
-from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
 
-from .continuity import Continuity
-from .events import DROPPED
 from .events import Event
-from .events import RESETS
-from .intake import Intake
+from .external import ExternalEffort
+from .model import ArmModel
 from .motion import MotionEstimator
-from ..core.effort import EffortModel
+from .stream import State
+from .stream import Stream
 from ..core.presliding import Presliding
 
 
@@ -38,18 +36,9 @@ class Prediction(NamedTuple):
     residual: 'np.ndarray | None'  # measured - predicted effort [N m]; None without a measurement
 
 
-class State(NamedTuple):
-    """The arm's state as last measured; arrays (7,) in joint order."""
-
-    stamp_ns: int  # [ns]
-    q: np.ndarray  # [rad]
-    qd: 'np.ndarray | None'  # [rad/s]
-    effort: 'np.ndarray | None'  # [N m]; None where there is none, or none that is valid
-
-
 class Predictor:
     """
-    Predict one arm's effort from its joint states.
+    Predict one arm's effort from its joint states, and tell what pushes it.
 
     The same code serves the node and recordings; it knows no ROS and no clock but the stamps.
     :meth:`handle` is :meth:`estimate`, which goes message by message, and then :meth:`predict`,
@@ -57,58 +46,71 @@ class Predictor:
 
     Parameters
     ----------
-    side : str
-        'right' or 'left'.
-    inverse_dynamics : callable
-        tau (7,) = f(q, qd, qdd).
-    effort_model : EffortModel
-        From tau to measured effort.
+    stream : Stream
+        The door.
+    model : ArmModel
+        Torques, momentum and effort.
     estimator : MotionEstimator
         Velocities, accelerations and their alignment.
+    external : ExternalEffort, optional
+        What pushes the arm; without it that is not asked.
 
     Attributes
     ----------
     counts : Counter
-        How often each :class:`Event` occurred; under 'received' all messages, under 'taken' those
-        that were not dropped, under 'predicted' those that gave a prediction.
-    latest : State or None
-        The newest measured state.
+        The stream's: how often each :class:`Event` occurred, 'received' and 'taken'; and under
+        'predicted' and 'external' the messages that gave a prediction and an external effort.
     prediction : Prediction or None
         The newest prediction; None after a reset until the filter has settled.
 
     """
 
-    def __init__(self, side: str, inverse_dynamics, effort_model: EffortModel,
-                 estimator: MotionEstimator):
-        self.intake = Intake(side)
-        self.effort_model = effort_model
+    def __init__(self, stream: Stream, model: ArmModel, estimator: MotionEstimator,
+                 external: ExternalEffort = None):
+        self.stream = stream
+        self.counts = stream.counts
+        self.model = model
         self.estimator = estimator
-        self.counts = Counter()
-        self.latest = None
+        self.external = external
         self.prediction = None
-        self._inverse_dynamics = inverse_dynamics
-        self._continuity = Continuity()
-        self._presliding = Presliding(effort_model.dahl_length)
+        self._presliding = Presliding(model.effort_model.dahl_length)
+
+    @property
+    def latest(self) -> 'State | None':
+        """Return the arm's state as last measured."""
+        return self.stream.latest
+
+    @property
+    def delay(self) -> float:
+        """Return how far the prediction's instant is behind the newest joint state [s]."""
+        if self.prediction is None:
+            return self.estimator.delay
+        return (self.latest.stamp_ns - self.prediction.stamp_ns) * 1e-9
 
     @property
     def presliding(self) -> np.ndarray:
-        """Dahl's state at the newest prediction (7,) [-]."""
+        """Return Dahl's state at the newest prediction (7,) [-]."""
         return self._presliding.z
 
-    def configure(self, inverse_dynamics, effort_model: EffortModel, estimator=None):
-        """Change the model in mid-stream; a new estimator starts anew, the counts stay."""
-        self._inverse_dynamics = inverse_dynamics
-        self.effort_model = effort_model
-        self._presliding.length = effort_model.dahl_length
-        if estimator is not None:
-            self.estimator = estimator
-            self.reset()
+    def configure(self, model: ArmModel):
+        """Change the model in mid-stream: it holds from the next message on."""
+        self.model = model
+        self._presliding.length = model.effort_model.dahl_length
+        if self.external is not None:
+            self.external.configure(model)
+
+    def restart(self, estimator: MotionEstimator, stamps: str):
+        """Change how the stream is read, which begins anew; the counts stay."""
+        self.stream.reset(stamps)
+        self.estimator = estimator
+        self._restart()
 
     def reset(self):
-        """Forget the stream; the counts stay."""
-        self.counts[Event.RESET_REQUESTED] += 1
-        self._continuity.forget()
+        """Forget the stream, and what free motion is like; the counts stay."""
+        self.stream.reset()
         self._restart()
+        if self.external is not None:
+            self.external.reset()
 
     def handle(self, stamp_ns: int, names, position, velocity, effort) -> 'Prediction | None':
         """
@@ -126,8 +128,10 @@ class Predictor:
         Returns
         -------
         Prediction or None
-            For ``stamp_ns`` less the estimator's delay. None for messages that are dropped, which
-            ``counts`` tells, and for those that are taken while the filter settles.
+            For ``stamp_ns`` less the estimator's delay, or, where stamps are re-timed, the
+            re-timed one less that. None for messages that are dropped, which ``counts`` tells, and
+            for those that are taken while the filter settles. What pushes the arm is then in
+            ``external.latest``.
 
         """
         estimate = self.estimate(stamp_ns, names, position, velocity, effort)
@@ -138,32 +142,28 @@ class Predictor:
 
     def estimate(self, stamp_ns: int, names, position, velocity, effort) -> 'Estimate | None':
         """Take a joint state, as :meth:`handle` does, without predicting its effort."""
-        self.counts['received'] += 1
-        reading = self.intake.read(names, position, velocity, effort)
-        if isinstance(reading, Event):
-            self.counts[reading] += 1
+        sample = self.stream.take(stamp_ns, names, position, velocity, effort)
+        if self.external is not None:
+            self.external.latest = None
+        if sample is None:
+            if self.stream.begins:  # what was predicted last is of another time line
+                self.prediction = None
             return None
-        q, qd, measured = reading
-        verdict = self._continuity.judge(stamp_ns, q, qd, measured)
-        if verdict is not None:
-            self.counts[verdict] += 1
-            if verdict in DROPPED:
-                return None
-            if verdict in RESETS:
-                self._restart()
-        self.counts['taken'] += 1
-        dt = 0.0 if self.latest is None else (stamp_ns - self.latest.stamp_ns) * 1e-9
-        measured = self._valid(measured)
-        self.latest = State(stamp_ns, q, qd, measured)
-        motion = self.estimator.update(dt, q, qd, measured)
-        if qd is None:
-            self.counts[Event.VELOCITY_MISSING] += 1
+        if sample.begins:
+            self._restart()
+        state = sample.state
+        motion = self.estimator.update(sample.dt, state.q, state.qd, state.effort)
+        if self.external is not None:
+            external = self.external.update(
+                sample, self.estimator.velocity, self.estimator.velocity_lag)
+            self.counts['external'] += external is not None
         if motion is None:
             return None
         self.counts['predicted'] += 1
-        if self.effort_model.has_dahl:
+        if self.model.effort_model.has_dahl:
             self._presliding.update(motion.q)
-        return Estimate(stamp_ns - round(motion.delay * 1e9), *motion[1:], self._presliding.z)
+        return Estimate(state.stamp_ns - round(motion.delay * 1e9), *motion[1:],
+                        self._presliding.z)
 
     def predict(self, estimate: Estimate) -> Prediction:
         """
@@ -176,9 +176,10 @@ class Predictor:
 
         """
         stamp_ns, q, qd, qdd, measured, presliding = estimate
-        tau = self._inverse_dynamics(q, qd, qdd)
-        effort = self.effort_model.effort(tau, q, qd, qdd, presliding)
-        held = np.count_nonzero(self.effort_model.spring_is_held(q))
+        model = self.model.effort_model
+        tau = self.model.inverse_dynamics(q, qd, qdd)
+        effort = model.effort(tau, q, qd, qdd, presliding)
+        held = np.count_nonzero(model.spring_is_held(q))
         if held:
             self.counts[Event.SPRING_HELD] += held
         residual = None
@@ -188,15 +189,6 @@ class Predictor:
         for array in (q, qd, qdd, tau, effort):
             array.setflags(write=False)
         return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual)
-
-    def _valid(self, effort):
-        """Return the measured effort, or None where the robot cannot have measured it."""
-        if effort is None:
-            self.counts[Event.EFFORT_MISSING] += 1
-        elif not any(effort.tolist()):
-            self.counts[Event.EFFORT_ALL_ZERO] += 1
-            return None
-        return effort
 
     def _restart(self):
         self.estimator.reset()

@@ -181,7 +181,10 @@ class Retiming:
         if not self._line.locked:
             self._out = None
             return None
-        return self._hand_out(stamp_ns + round(self._line.phase * 1e9))
+        even = stamp_ns + round(self._line.phase * 1e9)
+        if self._out is not None and not self._continues and even <= self._out:
+            return None  # the line is behind the last stamp that was believed
+        return self._hand_out(even)
 
     def _is_arrival(self, step: int) -> bool:
         """Tell whether this step [ns] shows that stamps are times of arrival."""

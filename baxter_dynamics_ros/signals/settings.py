@@ -8,8 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .contact import FLOOR
+from .contact import HYSTERESIS
+from .contact import LIMIT
+from .contact import MEMORY
+from .contact import SAMPLES
+from .contact import SIGMAS
+from .external import ExternalEffort
+from .model import ArmModel
 from .motion import MotionEstimator
+from .observer import GAIN
 from .predictor import Predictor
+from .retiming import MODES
+from .stream import Stream
 from ..core import paper_tables
 from ..core.arm import BaxterArm
 from ..core.effort import COULOMB_VELOCITY
@@ -18,13 +29,19 @@ from ..core.effort import EffortModel
 from ..core.effort import SPRING_COEFFICIENTS
 from ..core.effort import SPRING_RANGE
 from ..core.exceptions import ArgumentError
+from ..core.hand import HandKinematics
 from ..core.joints import mount
 from ..core.joints import N_JOINTS
 from ..core.joints import SIDES
 from ..core.parameters import link_parameters
 from ..core.parameters import Payload
+from ..core.tilt import gravity_in_base
 from ..core.validation import finite
 from ..core.validation import number
+
+# Groups of settings, or single ones, that say how the stream is read, and what the arm is.
+_STREAM = ('stamps', 'align', 'acceleration')
+_MODEL = ('method', 'effort_model', 'gravity', 'base', 'payload', 'links')
 
 METHODS = ('lagrange_euler', 'newton_euler')
 _ZEROS = (0.0,) * N_JOINTS
@@ -35,7 +52,7 @@ class Setting:
     """One setting; a tuple as default means a list of as many numbers."""
 
     name: str
-    default: object  # str, bool, float or tuple of float
+    default: object  # str, bool, int, float or tuple of float
     description: str
     unit: str = ''
     lower: float = -float('inf')
@@ -62,6 +79,10 @@ class Setting:
                 raise ArgumentError(
                     self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
             return value
+        if isinstance(self.default, int):
+            if not isinstance(value, int) or isinstance(value, bool):
+                raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
+            return int(number(self.name, value, self.lower, self.upper))
         if isinstance(self.default, float):
             return number(self.name, value, self.lower, self.upper)
         values = tuple(finite(self.name, value, (len(self.default),)).tolist())
@@ -81,6 +102,10 @@ SETTINGS = (
             0.5, 50.0),
     Setting('acceleration.velocity_lag', 0.014,
             'How far the measured velocity lags position and effort.', 's', 0.0, 0.2),
+    Setting('stamps', MODES[0],
+            "What the joint states' stamps are: header: the robot's; arrival: times of arrival, "
+            'which are re-timed; auto: the first, until they prove to be the second.',
+            choices=MODES),
     Setting('align', True,
             'Predict for the instant the acceleration belongs to, and compare with the effort '
             'of that instant. False: newest values, lagging acceleration.'),
@@ -107,8 +132,30 @@ SETTINGS = (
     Setting('effort_model.added_inertia', _ZEROS,
             "Inertia beyond the links' that the measured effort shows, per joint.", 'kg m^2',
             -5.0, 5.0),
-    Setting('gravity', paper_tables.GRAVITY, "Gravity vector in the robot's base frame.", 'm/s^2',
+    Setting('external_effort.gain', GAIN,
+            'Bandwidth of the momentum observer: it follows an external torque in 1 / gain.',
+            '1/s', 0.5, 100.0),
+    Setting('contact.floor', FLOOR,
+            'External torque off that of free motion that is contact at the least, per joint.',
+            'N m', 0.001, 100.0),
+    Setting('contact.limit', LIMIT,
+            'What the model may be wrong by, per joint: what is beyond stays contact.', 'N m',
+            0.001, 100.0),
+    Setting('contact.sigmas', SIGMAS,
+            'So many sigma of free motion are contact, where that is more than the floor.', '',
+            1.0, 100.0),
+    Setting('contact.samples', SAMPLES, 'So many samples in a row are contact.', '', 1, 1000),
+    Setting('contact.hysteresis', HYSTERESIS,
+            'Contact ends where all joints are back within this part of their thresholds.', '',
+            0.0, 1.0),
+    Setting('contact.memory', MEMORY, 'The time over which sigma is learnt.', 's', 1.0, 3600.0),
+    Setting('gravity', paper_tables.GRAVITY,
+            "Gravity vector in the robot's base frame, were the base level.", 'm/s^2',
             -30.0, 30.0),
+    Setting('base.roll', 0.0, "Tilt of the robot's base about its x axis: left up.", 'rad',
+            -3.2, 3.2),
+    Setting('base.pitch', 0.0, '... and then about the level y axis: front down.', 'rad',
+            -3.2, 3.2),
     Setting('payload.mass', 0.0, 'Mass of what the hand carries.', 'kg', 0.0, 10.0),
     Setting('payload.center_of_mass', (0.0, 0.0, 0.0), 'Its centre of mass in the hand frame.',
             'm', -1.0, 1.0),
@@ -145,6 +192,8 @@ class PredictorSettings:
         The model, in the robot's base frame.
     effort_model : EffortModel
         From tau to measured effort.
+    model : ArmModel
+        Both, as a stream uses them.
 
     Raises
     ------
@@ -160,14 +209,17 @@ class PredictorSettings:
                 raise ArgumentError(str(name), f'unknown setting; known are {", ".join(DEFAULTS)}')
         self.values = {setting.name: setting.check(values.get(setting.name, setting.default))
                        for setting in SETTINGS}
+        gravity = gravity_in_base(self.values['gravity'], **self._group('base'))
         self.arm = BaxterArm(payload=Payload(**self._group('payload')),
-                             gravity=self.values['gravity'], mount=mount(self.values['arm']),
+                             gravity=gravity, mount=mount(self.values['arm']),
                              parameters=link_parameters(**self._group('links')))
         effort = self._group('effort_model')
         enabled = effort.pop('enabled')
         model = EffortModel(**effort)  # checked even where it is off
         self.effort_model = model if enabled else EffortModel.rigid()
-        self._inverse_dynamics = self._choose_method()
+        self.model = ArmModel(
+            self._choose_method(), self.arm.dynamics.momentum_terms,
+            HandKinematics(self.arm.parameters, self.arm.mount).jacobian, self.effort_model)
 
     def warm_up(self) -> 'PredictorSettings':
         """
@@ -176,28 +228,39 @@ class PredictorSettings:
         numba, where it computes, loads or compiles then, and not when a message waits.
         """
         q, qd, qdd = np.zeros((3, N_JOINTS))
-        self._inverse_dynamics(q, qd, qdd)
+        self.model.inverse_dynamics(q, qd, qdd)
+        self.model.momentum_terms(q, qd)
         self.arm.gravity(q)
         self.arm.terms(q, qd)
         return self
 
-    def predictor(self) -> Predictor:
-        """Return a new stream handler with these settings."""
-        return Predictor(self.values['arm'], self._inverse_dynamics, self.effort_model,
-                         self._estimator())
+    def predictor(self, external: bool = False) -> Predictor:
+        """Return a new stream handler with these settings, which tells external effort or not."""
+        return Predictor(Stream(self.values['arm'], self.values['stamps']), self.model,
+                         self._estimator(), self._external() if external else None)
 
     def configure(self, predictor: Predictor, before: 'PredictorSettings'):
         """Bring a stream handler here from the settings ``before``; the arm must be the same."""
-        estimator = None if self._motion() == before._motion() else self._estimator()
-        predictor.configure(self._inverse_dynamics, self.effort_model, estimator)
-
-    def _motion(self) -> dict:
-        return {'align': self.values['align'], **self._group('acceleration')}
+        def changed(*groups):
+            return any(self._group(group) != before._group(group) for group in groups)
+        if changed(*_MODEL):
+            predictor.configure(self.model)
+        if changed(*_STREAM):
+            predictor.restart(self._estimator(), self.values['stamps'])
+        if predictor.external is not None and changed('external_effort', 'contact'):
+            predictor.external.tune(**self._group('external_effort'), **self._group('contact'))
 
     def _estimator(self) -> MotionEstimator:
-        return MotionEstimator(**self._motion())
+        return MotionEstimator(align=self.values['align'], **self._group('acceleration'))
+
+    def _external(self) -> ExternalEffort:
+        return ExternalEffort(self.model, **self._group('external_effort'),
+                              **self._group('contact'))
 
     def _group(self, prefix: str) -> dict:
+        """Return the settings of a group by what follows its name, or the one of that name."""
+        if prefix in self.values:
+            return {prefix: self.values[prefix]}
         start = prefix + '.'
         return {name[len(start):]: value for name, value in self.values.items()
                 if name.startswith(start)}

@@ -38,7 +38,7 @@ class Plant:
 
     Motor torques work against springs, cables and friction, as on the robot, and move an inertia
     beyond the links': ``M qdd + C qd + G = motor - spring(q) - stiffness q - friction -
-    added_inertia qdd + J^T force``.
+    added_inertia qdd + J^T force + torque``.
 
     Parameters
     ----------
@@ -83,6 +83,7 @@ class Plant:
         self._hand = next(i for i, name in enumerate(names) if name in hand_names(side))
         self._presliding = Presliding(self.truth.dahl_length)
         self.force = np.zeros(3)  # at the hand, axes of the robot's base [N]
+        self.torque = np.zeros(N_JOINTS)  # external, on the joints themselves [N m]
 
     @property
     def q(self) -> np.ndarray:
@@ -123,7 +124,7 @@ class Plant:
         applied = self.data.qfrc_applied
         applied[:] = 0.0
         applied[self._joints] = (motor - truth.spring(q) - truth.friction(qd, presliding)
-                                 - truth.stiffness * q)
+                                 - truth.stiffness * q + self.torque)
         if self.force.any():
             mujoco.mj_applyFT(self.model, self.data, self.force, np.zeros(3),
                               self.data.xpos[self._hand], self._hand, applied)

@@ -106,6 +106,15 @@ class FakeBaxter:
     def force(self, value):
         self.plant.force = np.array(value, dtype=float)
 
+    @property
+    def torque(self) -> np.ndarray:
+        """External torque on the moving arm's joints (7,) [N m], s0 ... w2; assign to it."""
+        return self.plant.torque
+
+    @torque.setter
+    def torque(self, value):
+        self.plant.torque = np.array(value, dtype=float)
+
     def advance(self, time: float):
         """Let the robot live until ``time`` [s since its start]."""
         while self.time < time - TIMESTEP / 2:

@@ -42,6 +42,13 @@ class Robot(Node):
                 ('/diagnostics', DiagnosticArray, self.diagnostics)):
             self.create_subscription(kind, topic, kept.append, 1000)
 
+    def listen(self, kind, topic: str) -> list:
+        """Return the list in which the messages of a topic gather, once somebody publishes it."""
+        kept = []
+        subscription = self.create_subscription(kind, topic, kept.append, 1000)
+        self.until(lambda: self.count_publishers(subscription.topic_name) > 0)
+        return kept
+
     def spin(self, seconds: float):
         """Let messages come in for a while."""
         self.until(lambda: False, seconds, fail=False)
@@ -58,9 +65,10 @@ class Robot(Node):
 
     def wait_for_node(self):
         """Wait until the predictor is subscribed to and by us."""
-        self.until(lambda: self.publisher.get_subscription_count() > 0
-                   and self.count_publishers('/torque_predictor/effort_residual') > 0
-                   and self.count_publishers('/torque_predictor/predicted_effort') > 0)
+        self.until(lambda: self.publisher.get_subscription_count() > 0 and any(
+            self.count_publishers(f'/torque_predictor/{arm}effort_residual')
+            and self.count_publishers(f'/torque_predictor/{arm}predicted_effort')
+            for arm in ('', 'right/')))
         self.spin(0.3)
 
     def send(self, stamp: int, names, position, velocity=(), effort=()):
@@ -105,8 +113,8 @@ class Robot(Node):
             return [m for m in self.diagnostics
                     if m.status and m.status[0].name.startswith('torque_predictor')]
         self.until(lambda: len(ours()) >= 2, 10.0)
-        return {status.name.split(': ')[1]: (status.level, status.message,
-                                             {pair.key: pair.value for pair in status.values})
+        return {status.name.removeprefix('torque_predictor: '): (
+            status.level, status.message, {pair.key: pair.value for pair in status.values})
                 for status in ours()[-1].status}
 
 
@@ -140,9 +148,10 @@ def start(domain):
 
 @pytest.fixture
 def refuses(start):
-    """Return a function that asserts: with this parameter, one clear line and exit code 1."""
-    def refuses_(executable: str, argument: str, problem: str):
-        process = start(executable, '-p', argument)
+    """Return a function that asserts: with these parameters, one clear line and exit code 1."""
+    def refuses_(executable: str, arguments, problem: str):
+        arguments = [arguments] if isinstance(arguments, str) else arguments
+        process = start(executable, *(word for argument in arguments for word in ('-p', argument)))
         assert process.wait(20.0) == 1
         lines = process.output.strip().splitlines()
         assert len(lines) == 1, process.output

@@ -185,7 +185,8 @@ def test_stamps_that_stand_still_are_reported(robot, predictor, sine):
         robot.spin(0.01)
     assert robot.predicted == []
     status = {s.name: s for s in robot.diagnostics[-1].status}
-    assert 'several messages bear one stamp' in status['torque_predictor: input'].message
+    assert 'stamps are times of arrival of no even period' in status[
+        'torque_predictor: stamps'].message
     assert status['torque_predictor: filter'].level == b'\x01'  # WARN
     assert 'never settles' in status['torque_predictor: filter'].message
 

@@ -1,0 +1,146 @@
+"""One arm of the node: its stream handler, what it publishes, and the services that it answers."""
+
+import time
+
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
+
+from . import topics
+from .messages import joint_state
+from .messages import set_stamp
+from .messages import set_vector
+from .messages import to_field
+from .period import PeriodStatistics
+from .services import Answers
+from ..signals.events import Event
+from ..signals.settings import PredictorSettings
+
+WRENCH_FRAME = 'base'
+
+
+class Arm:
+    """
+    Publishes what one arm needs and what pushes it.
+
+    What nobody listens to is not published, nor made.
+
+    Parameters
+    ----------
+    node : Node
+        Whose.
+    settings : PredictorSettings
+        Of the arm.
+    side : str
+        Its side, where that is part of the names; empty for an only arm.
+
+    Attributes
+    ----------
+    predictor : Predictor
+        The stream handler.
+    settings : PredictorSettings
+        As they are.
+    statistics : PeriodStatistics
+        Of what came since the last report.
+    side : str
+        As given.
+
+    """
+
+    def __init__(self, node, settings: PredictorSettings, side: str = ''):
+        self.side = side
+        self.settings = settings
+        self.predictor = settings.predictor(external=True)
+        self.statistics = PeriodStatistics()
+        self._taken = -float('inf')  # monotonic time of a valid joint state of the arm [s]
+        self._predicted = -float('inf')  # monotonic time [s]
+        self._node = node
+        self._prediction = self._publisher(JointState, topics.PREDICTED_EFFORT)
+        self._residual = self._publisher(JointState, topics.EFFORT_RESIDUAL)
+        self._external = self._publisher(JointState, topics.EXTERNAL_EFFORT)
+        self._wrench = self._publisher(WrenchStamped, topics.EXTERNAL_WRENCH)
+        self._contact = self._publisher(Bool, topics.CONTACT)
+        # One message of each kind, filled anew each time: rclpy copies what it publishes.
+        self._joint_state = joint_state(self.predictor.stream.intake.names, 0)
+        self._wrench_stamped = WrenchStamped()
+        self._wrench_stamped.header.frame_id = WRENCH_FRAME
+        self._bool = Bool()
+
+    @property
+    def age(self) -> float:
+        """Time since the arm's last valid joint state [s]; infinite if there was none."""
+        return time.monotonic() - self._taken
+
+    @property
+    def prediction_age(self) -> float:
+        """Time since the last prediction [s]; infinite if there was none."""
+        return time.monotonic() - self._predicted
+
+    def take(self, stamp_ns: int, stamped: bool, names, position, velocity, effort):
+        """
+        Take a joint state, as the stream handler does, and publish what it gives.
+
+        ``stamped`` is false where its stamp is not its own, but the time of arrival here.
+        """
+        predictor = self.predictor
+        taken = predictor.counts['taken']
+        prediction = predictor.handle(stamp_ns, names, position, velocity, effort)
+        if predictor.counts['taken'] != taken:
+            self._taken = time.monotonic()
+            predictor.counts[Event.UNSTAMPED] += not stamped
+        if prediction is not None:
+            self._predicted = self._taken
+            self._tell_prediction(prediction)
+        external = predictor.external.latest
+        if external is not None:
+            self._tell_external(external)
+
+    def configure(self, settings: PredictorSettings):
+        """Change the settings in mid-stream."""
+        settings.configure(self.predictor, self.settings)
+        self.settings = settings
+
+    def offer_services(self, gravity_torques: type, inverse_dynamics: type):
+        """Answer services of these types."""
+        answers = Answers(self.predictor, lambda: self.age, lambda: self.prediction_age)
+        self._node.create_service(
+            gravity_torques, topics.below_node(topics.GRAVITY_TORQUES, self.side),
+            lambda request, response: answers.gravity_torques(self.settings, request, response))
+        self._node.create_service(
+            inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS, self.side),
+            lambda request, response: answers.inverse_dynamics(self.settings, request, response))
+
+    def _tell_prediction(self, prediction):
+        self.statistics.add(prediction.residual)
+        told = prediction.stamp_ns, prediction.q, prediction.qd
+        self._publish(self._prediction, *told, prediction.effort)
+        if prediction.residual is not None:
+            self._publish(self._residual, *told, prediction.residual)
+
+    def _tell_external(self, external):
+        self._publish(self._external, external.stamp_ns, external.q, external.qd, external.effort)
+        if self._contact.get_subscription_count():
+            self._bool.data = external.contact
+            self._contact.publish(self._bool)
+        if self._wrench.get_subscription_count():
+            wrench = self.predictor.external.wrench(external)
+            self.statistics.add_wrench(wrench)
+            if wrench is not None:
+                message = self._wrench_stamped
+                set_stamp(message.header, external.stamp_ns)
+                set_vector(message.wrench.force, wrench.force)
+                set_vector(message.wrench.torque, wrench.torque)
+                self._wrench.publish(message)
+
+    def _publish(self, publisher, stamp_ns, q, qd, effort):
+        if publisher.get_subscription_count():
+            message = self._joint_state
+            set_stamp(message.header, stamp_ns)
+            message.position = to_field(q)
+            message.velocity = to_field(qd)
+            message.effort = to_field(effort)
+            publisher.publish(message)
+
+    def _publisher(self, kind: type, name: str):
+        return self._node.create_publisher(
+            kind, topics.below_node(name, self.side), topics.PUBLISHER_QOS)

@@ -1,0 +1,76 @@
+"""What has come in between two diagnostic reports."""
+
+from collections import Counter
+
+import numpy as np
+
+from ..core.joints import N_JOINTS
+
+
+class PeriodStatistics:
+    """
+    Counts and sums of the period between two reports, and what is remembered of the one before.
+
+    Attributes
+    ----------
+    rate : float
+        Of the joint states that were taken, in the period that was closed last [Hz].
+    highest_rate : float
+        The same, or that of the period before where it is greater [Hz]: at a start and an end a
+        period is not full.
+    is_dry, was_dry : bool
+        Whether there were joint states but no prediction in that period, and in the one before.
+    wrenches, withheld : int
+        How many wrenches there were since the start, and how many not, near singularities.
+
+    """
+
+    def __init__(self):
+        self._before = Counter()  # counts at the end of the last period
+        self._counts = Counter()  # counts at the end of this
+        self.rate = self.highest_rate = float('inf')
+        self.is_dry = self.was_dry = False
+        self.wrenches = self.withheld = 0
+        self._withheld_before = 0
+        self.begin()
+
+    def begin(self):
+        """Begin a new period."""
+        self._square = np.zeros(N_JOINTS)
+        self._residuals = 0
+        self._withheld_before = self.withheld
+
+    def close(self, counts: Counter, period: float):
+        """End a period of ``period`` [s]; ``counts`` are those of now."""
+        self._before, self._counts = self._counts, Counter(counts)
+        before, self.rate = self.rate, self.since('taken') / period
+        self.highest_rate = max(self.rate, before)
+        self.was_dry = self.is_dry
+        self.is_dry = self.since('taken') > 0 and not self.since('predicted')
+
+    def add(self, residual):
+        """Take the residual (7,) [N m] of a prediction, or None."""
+        if residual is not None:
+            self._square += residual * residual
+            self._residuals += 1
+
+    def add_wrench(self, wrench):
+        """Take a wrench, or None where it is withheld."""
+        if wrench is None:
+            self.withheld += 1
+        else:
+            self.wrenches += 1
+
+    def since(self, event) -> int:
+        """Return how often an event occurred in the period that was closed last."""
+        return self._counts[event] - self._before[event]
+
+    @property
+    def was_withheld(self) -> bool:
+        """Whether a wrench was withheld in this period."""
+        return self.withheld > self._withheld_before
+
+    @property
+    def residual_rms(self) -> 'np.ndarray | None':
+        """RMS of the period's residuals (7,) [N m]; None if there were none."""
+        return np.sqrt(self._square / self._residuals) if self._residuals else None

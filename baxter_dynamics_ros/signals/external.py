@@ -1,0 +1,153 @@
+"""What pushes the arm: the external joint torque, whether that is contact, and the wrench."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .contact import ContactDetector
+from .delay_line import DelayLine
+from .model import ArmModel
+from .observer import MomentumObserver
+from .stream import Sample
+from .wrench import hand_wrench
+from ..core.joints import N_JOINTS
+from ..core.presliding import Presliding
+
+_ZERO = np.zeros(N_JOINTS)
+
+
+class External(NamedTuple):
+    """What pushes the arm at one instant; read-only arrays (7,) in joint order."""
+
+    stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
+    q: np.ndarray  # position [rad]
+    qd: np.ndarray  # velocity [rad/s]
+    effort: np.ndarray  # external torque tau_ext [N m], in the direction of positive q
+    contact: bool  # whether something beyond the model pushes
+
+
+class ExternalEffort:
+    r"""
+    Estimates tau_ext of ``M qdd + C qd + G = tau + tau_ext`` without accelerations.
+
+    Position and effort are looked up as much earlier as the velocity lags (14 ms), so that all
+    belong to one instant. tau is the measured effort less what the effort model says it has
+    beyond torque; added inertia moves with its joint, so its momentum joins the links'.
+
+    Parameters
+    ----------
+    model : ArmModel
+        The arm's momentum, its hand, and its effort.
+    gain : float
+        The :class:`MomentumObserver`'s [1/s].
+    **contact
+        The :class:`ContactDetector`'s settings.
+
+    Attributes
+    ----------
+    detector : ContactDetector
+        Says what of it is contact.
+    latest : External or None
+        The newest estimate; None where the newest sample gave none.
+
+    """
+
+    def __init__(self, model: ArmModel, gain: float, **contact):
+        self._observer = MomentumObserver(gain)
+        self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
+        self.latest = None
+        self._model = model
+        self._history = DelayLine()
+        self._presliding = Presliding(model.effort_model.dahl_length)
+        self._t = 0.0  # of the newest sample, since the stream's beginning [s]
+        self._then = None  # when the newest estimate is for, on the same clock [s]
+        self._state = None  # q and qd of that
+
+    def reset(self):
+        """Forget the stream, and what free motion is like."""
+        self._restart()
+        self.detector.reset()
+
+    def configure(self, model: ArmModel):
+        """
+        Change the model in mid-stream.
+
+        tau_ext goes on from where it is, towards what the new model makes it; what free motion is
+        like is learnt anew.
+        """
+        if self._state is not None:
+            self._observer.rebase(model.momentum_terms(*self._state)[0]
+                                  - self._model.momentum_terms(*self._state)[0])
+        self._model = model
+        self._presliding.length = model.effort_model.dahl_length
+        self.detector.reset()
+
+    def tune(self, gain: float, **contact):
+        """Change the observer and the detector: both begin anew."""
+        self._observer = MomentumObserver(gain)
+        self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
+        self._then = None
+
+    def update(self, sample: Sample, qd: np.ndarray, lag: float) -> 'External | None':
+        """
+        Take the next sample.
+
+        Parameters
+        ----------
+        sample : Sample
+            Of the stream.
+        qd : ndarray (7,)
+            Its velocity, measured or not [rad/s].
+        lag : float
+            How far that lags the position [s].
+
+        Returns
+        -------
+        External or None
+            For ``lag`` before the sample. None without measured effort, where the stream began
+            less than ``lag`` ago, and where the sample takes the last one's place.
+
+        """
+        state = sample.state
+        if sample.begins:
+            self._restart()
+        else:
+            self._t += sample.dt
+        self._history.append(self._t, state.q, state.effort)
+        self.latest = None
+        if sample.dt == 0.0 and not sample.begins:
+            return None
+        now = self._history.at(self._t - lag)
+        if now is None or now[1] is None:
+            if self._then is not None:
+                self._then = self._state = None
+                self.detector.restart()
+            return None
+        q, measured = now
+        model = self._model.effort_model
+        presliding = self._presliding.update(q) if model.has_dahl else None
+        tau = measured - model.effort(_ZERO, q, qd, _ZERO, presliding)
+        momentum, coriolis, gravity = self._model.momentum_terms(q, qd)
+        then = self._t - lag
+        if self._then is None:
+            self._observer.reset()
+            self._then = then
+        effort = self._observer.update(then - self._then, momentum, tau + coriolis - gravity)
+        self._then, self._state = then, (q, qd)
+        contact = self.detector.update(sample.dt, effort)
+        for array in (q, qd, effort):
+            array.setflags(write=False)
+        self.latest = External(state.stamp_ns - round(lag * 1e9), q, qd, effort, contact)
+        return self.latest
+
+    def wrench(self, external: External):
+        """Return the wrench at the hand that explains tau_ext best, or None near singularities."""
+        return hand_wrench(self._model.jacobian(external.q), external.effort)
+
+    def _restart(self):
+        self._t = 0.0
+        self._then = self._state = None
+        self.latest = None
+        self._history.reset()
+        self._presliding.reset()
+        self.detector.restart()

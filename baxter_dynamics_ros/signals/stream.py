@@ -1,0 +1,139 @@
+"""The door: joint states in, the samples of one arm out, on an even time line; all counted."""
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from .continuity import Continuity
+from .continuity import UNKNOWN_PERIOD
+from .events import DROPPED
+from .events import Event
+from .events import RESETS
+from .intake import Intake
+from .retiming import Retiming
+
+
+class State(NamedTuple):
+    """The arm's state as last measured; arrays (7,) in joint order."""
+
+    stamp_ns: int  # the header's, or re-timed [ns]
+    q: np.ndarray  # [rad]
+    qd: 'np.ndarray | None'  # [rad/s]
+    effort: 'np.ndarray | None'  # [N m]; None where there is none, or none that is valid
+
+
+class Sample(NamedTuple):
+    """A state that is part of the stream, and how it continues it."""
+
+    state: State
+    dt: float  # since the sample before [s]; of no meaning where the stream begins
+    begins: bool  # nothing before it belongs to the same motion
+
+
+class Stream:
+    """
+    Takes joint states, and hands on those of one arm that belong to one motion.
+
+    Parameters
+    ----------
+    side : str
+        'right' or 'left'.
+    stamps : str
+        One of :data:`.retiming.MODES`: what the messages' stamps are.
+
+    Attributes
+    ----------
+    counts : Counter
+        How often each :class:`Event` occurred; under 'received' all messages, under 'taken' those
+        that were not dropped.
+    latest : State or None
+        The newest measured state.
+    clock : Retiming
+        Makes the stamps that are used.
+    begins : bool
+        Whether the next sample will be the first of its motion.
+
+    """
+
+    def __init__(self, side: str, stamps: str):
+        self.intake = Intake(side)
+        self.counts = Counter()
+        self.latest = None
+        self.clock = Retiming(stamps)
+        self._continuity = Continuity()
+        self.begins = True
+
+    def reset(self, stamps: str = None):
+        """Forget the stream, the counts stay; from now on stamps are as given, if they are."""
+        self.counts[Event.RESET_REQUESTED] += 1
+        if stamps is not None:
+            self.clock = Retiming(stamps)
+        self.clock.reset()
+        self._continuity.forget()
+        self.begins = True
+
+    def take(self, stamp_ns: int, names, position, velocity, effort) -> 'Sample | None':
+        """
+        Take a joint state.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            Its stamp [ns].
+        names : sequence of str
+            Its joints, in any order, other joints among them.
+        position, velocity, effort : ndarray
+            As long as names, in rad, rad/s, N m; velocity and effort may be empty.
+
+        Returns
+        -------
+        Sample or None
+            None for messages that are dropped, which ``counts`` tells, and while the period of
+            stamps that are re-timed is not known.
+
+        """
+        self.counts['received'] += 1
+        reading = self.intake.read(names, position, velocity, effort)
+        if isinstance(reading, Event):
+            self.counts[reading] += 1
+            return None
+        q, qd, effort = reading
+        period = self.clock.period or (UNKNOWN_PERIOD if self.clock.retimed else None)
+        verdict = self._continuity.judge(stamp_ns, q, qd, effort, period)
+        if verdict is not None and not (verdict is Event.REPEATED_STAMP and self.clock.retimed):
+            self.counts[verdict] += 1
+            if verdict in DROPPED:
+                return None
+            self.begins = self.begins or verdict in RESETS
+        self.counts['taken'] += 1
+        if qd is None:
+            self.counts[Event.VELOCITY_MISSING] += 1
+        return self._sample(stamp_ns, q, qd, self._valid(effort))
+
+    def _sample(self, stamp_ns, q, qd, effort):
+        """Return the sample at its time on the stream's own line; None while that is unknown."""
+        clock = self.clock
+        before = clock.retimed, clock.resyncs
+        time_ns = clock.update(stamp_ns, not self._continuity.repeated)
+        if (clock.retimed, clock.resyncs) != before:
+            self.counts[Event.RESET_RESYNC if before[0] else Event.RESET_RETIMED] += 1
+        if time_ns is None:
+            self.latest = State(stamp_ns, q, qd, effort)
+            self.begins = True
+            return None
+        self.begins = self.begins or clock.restarted
+        dt = 0.0 if self.begins else (time_ns - self.latest.stamp_ns) * 1e-9
+        self.latest = State(time_ns, q, qd, effort)
+        sample = Sample(self.latest, dt, self.begins)
+        self.begins = False
+        return sample
+
+    def _valid(self, effort):
+        """Return the measured effort, or None where the robot cannot have measured it."""
+        if effort is None:
+            self.counts[Event.EFFORT_MISSING] += 1
+        elif not any(effort.tolist()):
+            self.counts[Event.EFFORT_ALL_ZERO] += 1
+            return None
+        return effort

@@ -1,0 +1,253 @@
+"""The contact detector: when contact begins and ends, and what is learnt of free motion."""
+
+from baxter_dynamics_ros.signals.contact import ContactDetector
+from baxter_dynamics_ros.signals.contact import FLOOR
+from baxter_dynamics_ros.signals.contact import LIMIT
+from baxter_dynamics_ros.signals.contact import SETTLING
+import numpy as np
+import pytest
+
+PERIOD = 0.01  # [s]
+FLOOR, LIMIT = np.array(FLOOR), np.array(LIMIT)
+REST = np.array([0.7, -0.1, 0.6, -0.5, 0.05, -0.3, 0.2])  # in free motion, without noise [N m]
+ONE = np.eye(7)
+
+
+def play(detector, rows, period=PERIOD):
+    """Return whether there is contact after each of the rows (n, 7)."""
+    return np.array([detector.update(period, row) for row in rows])
+
+
+def still(seconds, value=REST, period=PERIOD):
+    """Return rows that are all alike, (n, 7)."""
+    return np.tile(value, (round(seconds / period), 1))
+
+
+@pytest.fixture
+def detector():
+    """Return a detector that has seen rest for long: thresholds are at their floors."""
+    detector = ContactDetector()
+    assert not play(detector, still(10.0)).any()
+    assert not play(detector, still(300.0, period=0.5), 0.5).any()
+    np.testing.assert_allclose(detector.bias, REST, atol=1e-9)
+    np.testing.assert_array_equal(detector.threshold, FLOOR)
+    return detector
+
+
+def test_threshold_is_the_larger_of_floor_and_k_sigma(rng):
+    sd = np.array([0.1, 1.0, 0.1, 0.5, 0.01, 0.3, 0.02])
+    detector = ContactDetector(sigmas=4.0)
+    play(detector, REST + rng.uniform(-1.7, 1.7, (12000, 7)) * sd)
+    np.testing.assert_allclose(detector.sigma, sd, rtol=0.15)
+    np.testing.assert_allclose(detector.threshold, np.maximum(FLOOR, 4.0 * detector.sigma))
+    assert (detector.threshold > FLOOR).tolist() == [False, True, False, True, False, True, False]
+    np.testing.assert_allclose(detector.bias, REST, atol=0.7)
+
+
+def test_begins_careful_and_comes_down():
+    detector = ContactDetector()
+    np.testing.assert_allclose(detector.threshold, 2.0 * FLOOR)
+    play(detector, still(SETTLING + 8.0))
+    np.testing.assert_array_equal(detector.threshold, FLOOR)
+
+
+@pytest.mark.parametrize('joint', range(7))
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_push_on_a_joint_is_contact_of_that_joint(detector, joint, sign):
+    push = sign * 1.1 * FLOOR[joint] * ONE[joint]
+    assert play(detector, [REST + push] * 3).tolist() == [False, True, True]
+    assert detector.joints.tolist() == (ONE[joint] == 1.0).tolist()
+
+
+def test_just_less_than_the_threshold_is_none(detector):
+    assert not play(detector, still(1.0, REST + 0.99 * FLOOR)).any()
+
+
+def test_one_sample_alone_is_none_unless_it_is_far_off(detector):
+    for _ in range(5):
+        assert not play(detector, [REST + 1.2 * FLOOR, REST]).any()
+    assert detector.update(PERIOD, REST + 1.3 * FLOOR)
+
+
+def test_samples_in_a_row_must_be_of_one_joint(detector):
+    rows = [REST + 1.2 * FLOOR * ONE[k % 2] for k in range(20)]
+    assert not play(detector, rows).any()
+
+
+@pytest.mark.parametrize('size', [1.1, 2.0])
+def test_close_samples_must_span_eight_milliseconds(detector, size):
+    rows = [REST + size * FLOOR] * 20
+    assert play(detector, rows, 0.001).tolist() == [False] * 8 + [True] * 12
+
+
+def test_asks_for_as_many_samples_as_told(detector):
+    detector = ContactDetector(samples=5)
+    play(detector, still(60.0))
+    assert play(detector, [REST + 1.2 * FLOOR] * 8).tolist() == [False] * 4 + [True] * 4
+
+
+@pytest.mark.parametrize('rate', [38.0, 50.0, 100.0, 400.0, 1000.0])
+def test_finds_a_push_at_any_rate_alike(rate):
+    period, detector = 1.0 / rate, ContactDetector()
+    play(detector, still(20.0, period=period), period)
+    t = period * np.arange(round(0.5 / period))[:, None]
+    push = 4.0 * FLOOR * (1.0 - np.exp(-10.0 * t))  # over the threshold after 29 ms
+    found = t[np.argmax(play(detector, REST + push, period)), 0]
+    assert 0.029 < found <= 0.029 + 2.5 * max(period, 0.008)
+
+
+def test_contact_lasts_until_all_joints_are_back(detector):
+    assert play(detector, [REST + 1.5 * FLOOR] * 10)[-1]
+    assert play(detector, [REST + 0.75 * FLOOR] * 10).all()  # within the hysteresis
+    assert play(detector, [REST + FLOOR * np.where(ONE[2], 0.8, 0.6)] * 10).all()
+    assert detector.joints.tolist() == (ONE[2] == 1.0).tolist()
+    assert play(detector, [REST + 0.6 * FLOOR] * 6).tolist() == [True] * 4 + [False] * 2
+    assert not detector.joints.any()
+
+
+def test_contact_that_comes_and_goes_quickly_is_one(detector):
+    rows = [REST + (1.5 if k // 3 % 2 == 0 else 0.0) * FLOOR for k in range(60)]
+    found = play(detector, rows)
+    assert found[2:].all()
+
+
+def test_never_learns_in_contact_or_on_the_way_to_it(detector, rng):
+    before = detector.bias, detector.sigma, detector.threshold
+    rows = [REST + 1.1 * FLOOR * ONE[1], *(REST + 1.5 * FLOOR * rng.uniform(1.0, 1.3, (100, 7)))]
+    for row in rows:
+        detector.update(PERIOD, row)
+        np.testing.assert_array_equal((detector.bias, detector.sigma, detector.threshold), before)
+    assert detector.in_contact
+
+
+def test_pushes_leave_next_to_nothing_behind(detector):
+    before = detector.sigma
+    shape = np.concatenate([1.0 - np.exp(-np.arange(0.0, 0.8, PERIOD) / 0.1),
+                            np.exp(-np.arange(0.0, 1.2, PERIOD) / 0.1)])
+    for _ in range(10):
+        found = play(detector, REST + np.multiply.outer(shape, 3.0 * FLOOR))
+        assert found.any() and not found[-1]
+    assert (detector.sigma - before < 0.1 * FLOOR).all()
+    np.testing.assert_array_equal(detector.threshold, FLOOR)
+
+
+def test_bias_follows_free_motion_the_less_the_closer_it_is_to_the_threshold(detector):
+    time = {}
+    for part in (0.1, 0.6, 0.9):
+        moved, k = REST + part * FLOOR, 0
+        while (moved - detector.bias > 0.5 * part * FLOOR).any():
+            assert not detector.update(PERIOD, moved)
+            k += 1
+        time[part] = k * PERIOD
+        play(detector, still(3.0))
+    assert time[0.1] == pytest.approx(0.15 * np.log(2.0), abs=0.015)
+    assert time[0.1] < 0.9 * time[0.6] < 0.7 * time[0.9]
+
+
+def test_slow_push_is_found_once_it_is_more_than_a_model_may_be_wrong_by(detector):
+    t = np.arange(0.0, 30.0, PERIOD)[:, None]
+    push = 2.0 * LIMIT * ONE[3] * t / 30.0
+    first = np.argmax(play(detector, push))
+    assert LIMIT[3] < push[first, 3] < LIMIT[3] + 1.1 * FLOOR[3]
+
+
+def test_what_stays_within_the_limit_is_given_up_and_teaches(detector):
+    step = 0.8 * LIMIT * ONE[1]
+    found = play(detector, still(6.0, REST + step))
+    assert 1.5 < PERIOD * np.count_nonzero(found) < 3.0
+    assert not found[-100:].any()
+    np.testing.assert_allclose(detector.bias, REST + step, atol=1e-6)
+    assert detector.threshold[1] > 0.7 * LIMIT[1]
+    assert not play(detector, still(3.0, REST + 0.15 * step)).any()  # an error of that size
+    assert (detector.threshold <= LIMIT).all()
+
+
+def test_what_is_beyond_the_limit_stays_contact(detector):
+    found = play(detector, still(60.0, REST + 1.5 * LIMIT * ONE[1]))
+    assert found[1:].all()
+    assert not play(detector, still(1.0))[-1]
+    np.testing.assert_array_equal(detector.threshold, FLOOR)
+
+
+def test_a_push_of_a_second_is_no_reason_to_doubt(detector):
+    for push in (1.2, 2.0, 4.0):
+        assert play(detector, still(1.0, REST + push * FLOOR))[2:].all()
+        play(detector, still(5.0))
+        np.testing.assert_array_equal(detector.threshold, FLOOR)
+
+
+def test_while_the_observer_settles_nothing_is_contact_or_learnt():
+    detector, t = ContactDetector(), np.arange(0.0, SETTLING - 0.02, PERIOD)[:, None]
+    assert not play(detector, 3.0 * LIMIT * (1.0 - np.exp(-10.0 * t))).any()
+    np.testing.assert_array_equal(detector.bias, 0.0)
+    np.testing.assert_allclose(detector.threshold, 2.0 * FLOOR)
+
+
+def test_settling_takes_as_long_as_told():
+    detector = ContactDetector(settling=2.0)
+    found = play(detector, still(3.0, 3.0 * LIMIT))
+    assert np.argmax(found) == pytest.approx(2.0 / PERIOD, abs=3)
+
+
+def test_contact_from_the_start_is_found_if_it_is_beyond_the_limit():
+    detector, push = ContactDetector(), 1.2 * LIMIT * ONE[5]
+    found = play(detector, still(20.0, push))
+    assert found[round(SETTLING / PERIOD) + 3:].all()
+    assert not play(detector, still(1.0, 0.0 * REST))[-1]
+    assert detector.bias[5] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_contact_from_the_start_within_the_limit_is_overcome_when_it_ends():
+    detector, push = ContactDetector(), 0.9 * LIMIT * ONE[5]
+    assert not play(detector, still(20.0, push)).any()
+    after = play(detector, still(6.0, 0.0 * REST))
+    assert after.any() and not after[-1]
+    np.testing.assert_allclose(detector.bias, 0.0, atol=1e-3)
+
+
+def test_reset_forgets_everything():
+    used, new = ContactDetector(), ContactDetector()
+    play(used, still(20.0))
+    play(used, still(1.0, REST + 2.0 * LIMIT))
+    used.reset()
+    rows = np.concatenate([still(2.0, 0.5 * REST), still(0.5, 2.0 * LIMIT), still(1.0)])
+    for row in rows:
+        assert used.update(PERIOD, row) == new.update(PERIOD, row)
+        for name in ('bias', 'sigma', 'threshold', 'joints'):
+            np.testing.assert_array_equal(getattr(used, name), getattr(new, name))
+
+
+def test_restart_forgets_the_stream_but_not_sigma(detector):
+    play(detector, still(1.0, REST + 2.0 * LIMIT))
+    sigma = detector.sigma
+    detector.restart()
+    assert not detector.in_contact and not detector.joints.any()
+    assert not play(detector, still(SETTLING + 0.02, REST + 0.3 * LIMIT)).any()
+    np.testing.assert_allclose(detector.bias, REST + 0.3 * LIMIT)
+    np.testing.assert_allclose(detector.sigma, sigma, rtol=0.01)
+
+
+def test_a_dt_of_zero_changes_nothing(detector):
+    for row in (REST + 0.5 * FLOOR, REST + 2.0 * FLOOR):
+        before = detector.in_contact, detector.bias.tolist(), detector.threshold.tolist()
+        for _ in range(5):
+            detector.update(0.0, row)
+        assert before == (detector.in_contact, detector.bias.tolist(),
+                          detector.threshold.tolist())
+    fresh = ContactDetector(settling=0.0)
+    assert not fresh.update(0.0, REST)
+    assert not play(fresh, still(1.0)).any()
+
+
+def test_what_is_handed_out_is_a_copy(detector):
+    for name in ('bias', 'sigma', 'threshold', 'joints'):
+        before = getattr(detector, name)
+        getattr(detector, name)[:] = 7.0
+        np.testing.assert_array_equal(getattr(detector, name), before)
+
+
+def test_a_limit_below_the_floor_is_raised_to_it(rng):
+    detector = ContactDetector(floor=2.0 * LIMIT)
+    play(detector, rng.uniform(-1.9, 1.9, (6000, 7)) * LIMIT)
+    assert (detector.sigma * 3.6 > LIMIT).all()
+    np.testing.assert_array_equal(detector.threshold, 2.0 * LIMIT)

@@ -1,0 +1,161 @@
+"""The momentum observer: its law, its sign, its rate, and what it does at the edges."""
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.signals.observer import GAIN
+from baxter_dynamics_ros.signals.observer import MomentumObserver
+import numpy as np
+import pytest
+
+PUSH = np.array([3.0, -2.0, 1.5, -1.0, 0.5, 0.3, -0.2])  # tau_ext [N m]
+ZERO = np.zeros(7)
+W = 2 * np.pi * np.linspace(0.2, 0.5, 7)  # [rad/s]
+
+
+def motion(t):
+    """Return q, qd, qdd (n, 7) at t (n,)."""
+    phase = np.multiply.outer(t, W)
+    return (0.4 * np.sin(phase) + np.linspace(-0.5, 0.5, 7), 0.4 * W * np.cos(phase),
+            -0.4 * W ** 2 * np.sin(phase))
+
+
+def observe(period, duration=2.0, push=PUSH, arm=None, gain=GAIN):
+    """Return r (n, 7) of an arm in motion that is pushed all the time, without any noise."""
+    arm = arm or BaxterArm()
+    q, qd, qdd = motion(period * np.arange(round(duration / period) + 1))
+    tau = arm.inverse_dynamics(q, qd, qdd) - push
+    momentum, coriolis, gravity = arm.momentum_terms(q, qd)
+    observer = MomentumObserver(gain)
+    return np.array([observer.update(period, *row)
+                     for row in zip(momentum, tau + coriolis - gravity)])
+
+
+def test_external_torque_is_approached_exponentially(arm):
+    period, gain = 1e-3, 10.0
+    r = observe(period, arm=arm, gain=gain)
+    t = period * np.arange(len(r))[:, None]
+    np.testing.assert_allclose(r, PUSH * (1.0 - np.exp(-gain * t)), atol=0.02)
+
+
+def test_free_motion_shows_nothing():
+    assert np.abs(observe(1e-3, push=ZERO)).max() < 0.01
+
+
+def test_what_free_motion_shows_is_of_first_order_in_the_step():
+    errors = [np.abs(observe(period, push=ZERO)).max() for period in (0.02, 0.01, 0.005)]
+    np.testing.assert_allclose(errors[:-1], 2.0 * np.array(errors[1:]), rtol=0.1)
+
+
+def test_sign_is_opposite_to_the_residuals():
+    arm, (q, qd, qdd) = BaxterArm(), motion(np.linspace(0.0, 2.0, 201))
+    measured = arm.inverse_dynamics(q, qd, qdd) - PUSH
+    residual = measured - arm.inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(observe(0.01)[-1], -residual[-1], atol=0.1)
+
+
+def test_agrees_with_the_momentum_of_an_independent_engine(engine, pin):
+    from baxter_dynamics_ros.newton_euler import build_model
+    arm = BaxterArm(payload=Payload(1.2, (0.03, -0.02, 0.11)))
+    reference = engine(build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount))
+    t = 0.01 * np.arange(100)
+    q, qd, qdd = motion(t)
+    mass, coriolis = reference.mass_matrix(q), reference.coriolis_matrix(q, qd)
+    momentum = np.einsum('nij,nj->ni', mass, qd)
+    rate = (reference.inverse_dynamics(q, qd, qdd) - PUSH
+            + np.einsum('nji,nj->ni', coriolis, qd) - reference.gravity(q))
+    observer = MomentumObserver()
+    expected = np.array([observer.update(0.01, *row) for row in zip(momentum, rate)])
+    np.testing.assert_allclose(observe(0.01, 0.99, arm=arm), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize('gain', [2.0, 10.0, 40.0])
+def test_settles_to_a_hundredth_in_its_settling_time(gain):
+    observer, period = MomentumObserver(gain), 1e-4
+    for _ in range(round(observer.settling_time / period) + 1):
+        r = observer.update(period, ZERO, -PUSH)
+    np.testing.assert_allclose(r, 0.99 * PUSH, rtol=1e-3)
+
+
+@pytest.mark.parametrize('gain', [2.0, 10.0, 40.0])
+def test_solves_the_integral_equation(gain, rng):
+    observer, integral, first = MomentumObserver(gain), 0.0, None
+    for _ in range(200):
+        dt, momentum, rate = rng.uniform(0.0, 0.05), rng.normal(size=7), rng.normal(size=7)
+        r = observer.update(dt, momentum, rate)
+        if first is None:
+            first = momentum
+        else:
+            integral = integral + (rate + r) * dt
+        np.testing.assert_allclose(r, gain * (momentum - integral - first), atol=1e-9)
+
+
+def test_the_step_does_not_matter_where_nothing_changes_within_it():
+    observers = {n: MomentumObserver() for n in (1, 40)}
+    for n, observer in observers.items():
+        observer.update(0.0, ZERO, -PUSH)
+        for _ in range(50 * n):
+            observer.update(0.02 / n, ZERO, -PUSH)
+    np.testing.assert_allclose(observers[1].r, observers[40].r, rtol=1e-3)
+
+
+def test_is_stable_whatever_the_step():
+    observer = MomentumObserver(50.0)
+    observer.update(0.0, ZERO, ZERO)
+    for dt in (10.0, 1e-6, 3.0, 100.0):
+        np.testing.assert_array_less(np.abs(observer.update(dt, ZERO, -PUSH)),
+                                     np.abs(PUSH) + 1e-9)
+
+
+def test_first_sample_is_zero_whatever_its_dt():
+    np.testing.assert_array_equal(MomentumObserver().update(123.0, PUSH, PUSH), ZERO)
+
+
+def test_a_dt_of_zero_is_harmless():
+    with_, without = MomentumObserver(), MomentumObserver()
+    for k in range(20):
+        momentum, rate = 0.1 * k * PUSH, np.cos(k) * PUSH
+        r = with_.update(0.01, momentum, rate)
+        np.testing.assert_array_equal(with_.update(0.0, momentum, rate), r)
+        np.testing.assert_allclose(r, without.update(0.01, momentum, rate), atol=1e-12)
+
+
+def test_estimates_that_were_handed_out_do_not_change():
+    observer = MomentumObserver()
+    observer.update(0.0, ZERO, ZERO)
+    r = observer.update(0.01, ZERO, -PUSH)
+    before = r.copy()
+    r.setflags(write=False)
+    observer.update(0.01, ZERO, -PUSH)
+    np.testing.assert_array_equal(r, before)
+
+
+def test_reset_forgets():
+    observer = MomentumObserver()
+    for _ in range(10):
+        observer.update(0.01, PUSH, -PUSH)
+    observer.reset()
+    np.testing.assert_array_equal(observer.update(0.01, -PUSH, ZERO), ZERO)
+
+
+def test_a_change_of_the_model_in_motion_does_not_show_as_a_push():
+    before, after, period = BaxterArm(), BaxterArm(payload=Payload(2.0)), 1e-3
+    q, qd, qdd = motion(period * np.arange(1000))
+    observer, r = MomentumObserver(), []
+    for k, row in enumerate(zip(q, qd, qdd)):
+        arm = before if k < 500 else after
+        if k == 500:
+            last = q[k - 1], qd[k - 1]
+            change = after.momentum_terms(*last)[0] - before.momentum_terms(*last)[0]
+            assert np.abs(GAIN * change).max() > 2.0  # what it would show as
+            observer.rebase(change)
+        momentum, coriolis, gravity = arm.momentum_terms(*row[:2])
+        r.append(observer.update(period, momentum,
+                                 arm.inverse_dynamics(*row) + coriolis - gravity))
+    assert np.abs(r).max() < 0.02
+
+
+def test_a_change_of_the_model_before_the_first_sample_is_nothing():
+    observer = MomentumObserver()
+    observer.rebase(PUSH)
+    np.testing.assert_array_equal(observer.update(0.01, PUSH, ZERO), ZERO)
+    np.testing.assert_array_equal(observer.update(0.01, PUSH, ZERO), ZERO)
