@@ -128,8 +128,10 @@ def test_interfaces_are_installed(workspace, interfaces):
 
 def test_colcon_test_finds_the_tests(workspace, prefix):
     build = prefix.parents[1] / 'build'
-    workspace.colcon('test', ['.'], '--build-base', build, '--install-base', prefix.parent,
-                     '--pytest-args', '-k', 'test_tables')
+    for path in workspace.source.glob('test/**/*.py'):
+        if path.name not in ('test_tables.py', 'conftest.py') or path.parent.name != 'test':
+            path.unlink()  # to collect one file is enough
+    workspace.colcon('test', ['.'], '--build-base', build, '--install-base', prefix.parent)
     suite = ET.parse(build / NAME / 'pytest.xml').find('.//testsuite')
     count = {key: int(suite.get(key)) for key in ('tests', 'skipped', 'failures', 'errors')}
     assert count['tests'] > count['skipped']

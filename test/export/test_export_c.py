@@ -128,7 +128,8 @@ def test_all_quantities_are_the_specification(build, arm, states, specification)
 
 @pytest.mark.parametrize('more', [(), ('-std=c99', '-ffp-contract=fast'), ('-ffast-math',)],
                          ids=' '.join)
-def test_as_it_should_be_compiled(build, recommended, more, states, specification, arm):
+def test_as_it_should_be_compiled(build, recommended, more, states, specification):
+    arm = BaxterArm(gravity=(1.3, -2.1, -9.4))
     library, truth = build(arm, ('tau', 'M'), [*recommended, *more]), specification(arm)
     assert '-O3' in recommended
     for name in library.functions:
@@ -211,8 +212,9 @@ def test_a_batch_is_vectorised(export, gcc, tmp_path):
         assert line in vectorised, source[line - 1]
 
 
-@pytest.mark.parametrize('symbols, rows', [(('G', 'tau'), 1), (('gradient',), 7)],
-                         ids=['tau', 'gradient'])
+@pytest.mark.parametrize('arm, symbols, rows', [
+    ({}, ('G', 'tau'), 1), ({'gravity': (1.3, -2.1, -9.4)}, ('gradient',), 7)],
+    ids=['tau', 'gradient'], indirect=['arm'])
 def test_the_example_prints_what_it_says(export, arm, tmp_path, gcc, symbols, rows):
     text = export('c', arm, symbols)['example.c'].read_text()
     comment = text[:text.index('*/')]

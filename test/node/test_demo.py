@@ -18,11 +18,10 @@ def demo(*arguments, **environment):
         capture_output=True, text=True, timeout=100, env={**os.environ, **environment})
 
 
-@pytest.mark.parametrize('arm', ['right', 'left'])
-def test_shows_the_comparison_the_services_and_a_picture(domain, tmp_path, arm):
+def test_shows_the_comparison_the_services_and_a_picture(domain, tmp_path):
     pytest.importorskip('baxter_dynamics_interfaces.srv', reason='needs the service types')
     picture = tmp_path / 'demo.png'
-    result = demo('--duration', '4', '--output', str(picture), '--arm', arm, COLUMNS='100')
+    result = demo('--duration', '4', '--output', str(picture), '--arm', 'left', COLUMNS='100')
     assert result.returncode == 0, result.stderr
     assert picture.read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
     assert picture.stat().st_size > 50_000

@@ -5,6 +5,7 @@ from baxter_dynamics_ros import mount
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.core.effort import EffortModel
 from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.ros.fake_baxter import main
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -94,6 +95,24 @@ def test_exciting_trajectory_moves_all_joints_of_the_arm(robot, start):
     assert moved == set(joint_names('left'))
 
 
+@pytest.fixture
+def refused(domain, capfd):
+    """Return a function that asserts the same as ``refuses``, in this process."""
+    def refused_(argument: str, problem: str):
+        try:
+            assert main(['fake_baxter', '--ros-args', '-p', argument]) == 1
+        finally:
+            rclpy.try_shutdown()
+        (line,) = capfd.readouterr().err.splitlines()
+        assert line.startswith('fake_baxter: ')
+        assert problem in line
+    return refused_
+
+
+def test_a_process_ends_with_one_clear_line_and_exit_code_1(refuses):
+    refuses('fake_baxter', 'arm:=middle', 'arm: expected one of right, left')
+
+
 @pytest.mark.parametrize('argument, problem', [
     ('arm:=both', 'arm: expected one of right, left'),
     ('trajectory:=spiral', 'trajectory: expected one of circle, switch, lift, exciting, hold'),
@@ -106,5 +125,5 @@ def test_exciting_trajectory_moves_all_joints_of_the_arm(robot, start):
     ('seed:=-1', 'seed'),
     ('forse:=[1.0, 0.0, 0.0]', 'is force meant?'),
 ])
-def test_a_bad_value_is_one_clear_line_and_exit_code_1(refuses, argument, problem):
-    refuses('fake_baxter', argument, problem)
+def test_a_bad_value_is_one_clear_line_and_exit_code_1(refused, argument, problem):
+    refused(argument, problem)

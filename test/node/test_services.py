@@ -61,25 +61,25 @@ def test_answers_by_name_in_any_order(node):
     np.testing.assert_allclose(np.reshape(answer.coriolis_matrix, (7, 7)), coriolis, atol=1e-12)
 
 
-def test_a_spring_that_is_held_is_said(node):
+def test_a_spring_that_is_held_is_said(robot, predictor):
     q = Q.copy()
     q[1] = -2.1
-    answer = node.call(srv.GravityTorques, 'gravity_torques', srv.GravityTorques.Request(
+    answer = robot.call(srv.GravityTorques, 'gravity_torques', srv.GravityTorques.Request(
         state=joint_state(NAMES, 0, q)))
     assert answer.success
     assert 'spring' in answer.message
 
 
-def test_a_stamp_at_the_end_of_time_does_no_harm(node):
+def test_a_stamp_at_the_end_of_time_does_no_harm(robot, predictor):
     request = srv.GravityTorques.Request(state=joint_state(NAMES, 0, Q))
     request.state.header.stamp.sec = 2 ** 31 - 1
     request.state.header.stamp.nanosec = 2 ** 32 - 1
-    assert node.call(srv.GravityTorques, 'gravity_torques', request).success
+    assert robot.call(srv.GravityTorques, 'gravity_torques', request).success
 
 
-def test_empty_velocity_and_acceleration_of_a_given_state_are_zero(node):
-    answer = node.call(srv.InverseDynamics, 'inverse_dynamics',
-                       srv.InverseDynamics.Request(state=joint_state(NAMES, 0, Q)))
+def test_empty_velocity_and_acceleration_of_a_given_state_are_zero(robot, predictor):
+    answer = robot.call(srv.InverseDynamics, 'inverse_dynamics',
+                        srv.InverseDynamics.Request(state=joint_state(NAMES, 0, Q)))
     assert answer.success, answer.message
     np.testing.assert_allclose(answer.torque.effort, BaxterArm().gravity(Q), atol=1e-12)
     assert not np.any(answer.inertial) and not np.any(answer.coriolis)
@@ -106,13 +106,13 @@ def test_empty_request_is_for_the_latest_state(node, sine):
     np.testing.assert_allclose(torque.actuator_effort, newest.effort, atol=1e-12)
 
 
-def test_a_state_that_is_too_old_is_refused(node, sine):
+def test_a_state_that_is_too_old_is_refused(robot, predictor, sine):
     q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
-    node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
-    node.spin(1.5)
+    robot.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
+    robot.spin(1.5)
     for kind, name in ((srv.GravityTorques, 'gravity_torques'),
                        (srv.InverseDynamics, 'inverse_dynamics')):
-        answer = node.call(kind, name)
+        answer = robot.call(kind, name)
         assert not answer.success
         assert 'right_s0' in answer.message and 'arrived for' in answer.message
 
