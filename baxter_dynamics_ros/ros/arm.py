@@ -112,13 +112,15 @@ class Arm:
 
     def _tell_prediction(self, prediction):
         self.statistics.add(prediction.residual)
-        told = prediction.stamp_ns, prediction.q, prediction.qd
-        self._publish(self._prediction, *told, prediction.effort)
+        self._prepare(prediction)
+        self._publish(self._prediction, prediction.effort)
         if prediction.residual is not None:
-            self._publish(self._residual, *told, prediction.residual)
+            self._publish(self._residual, prediction.residual)
 
     def _tell_external(self, external):
-        self._publish(self._external, external.stamp_ns, external.q, external.qd, external.effort)
+        if self._external.get_subscription_count():
+            self._prepare(external)
+            self._publish(self._external, external.effort)
         if self._contact.get_subscription_count():
             self._bool.data = external.contact
             self._contact.publish(self._bool)
@@ -132,14 +134,18 @@ class Arm:
                 set_vector(message.wrench.torque, wrench.torque)
                 self._wrench.publish(message)
 
-    def _publish(self, publisher, stamp_ns, q, qd, effort):
+    def _prepare(self, result):
+        """Put the instant and the motion of a prediction or external effort into the message."""
+        message = self._joint_state
+        set_stamp(message.header, result.stamp_ns)
+        message.position = to_field(result.q)
+        message.velocity = to_field(result.qd)
+
+    def _publish(self, publisher, effort):
+        """Publish the prepared message with an effort."""
         if publisher.get_subscription_count():
-            message = self._joint_state
-            set_stamp(message.header, stamp_ns)
-            message.position = to_field(q)
-            message.velocity = to_field(qd)
-            message.effort = to_field(effort)
-            publisher.publish(message)
+            self._joint_state.effort = to_field(effort)
+            publisher.publish(self._joint_state)
 
     def _publisher(self, kind: type, name: str):
         return self._node.create_publisher(
