@@ -9,6 +9,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.exceptions import InvalidParameterValueException
+from rclpy.parameter import Parameter
 
 from ..core.exceptions import ArgumentError
 from ..signals.arms import BOTH
@@ -41,6 +42,7 @@ class Parameters:
 
     def __init__(self, values: dict):
         self._values = values
+        self._named = named_settings(values['arm'])
         self.settings = per_arm(values)
         for settings in self.settings.values():
             settings.warm_up()
@@ -77,6 +79,22 @@ class Parameters:
             parameter.name: parameter.value for parameter in changes
             if parameter.name in self._values}})
 
+    def refuse_other_types(self, changes):
+        """
+        Refuse ``changes``, ROS parameters, to another type: rclpy would not say which it refuses.
+
+        Raises
+        ------
+        ArgumentError
+            If one has another type than its setting.
+
+        """
+        for parameter in changes:
+            setting = self._named.get(parameter.name)
+            if setting and parameter.type_ is not Parameter.Type.from_parameter_value(
+                    _value(setting)):
+                raise ArgumentError(parameter.name, f'expected {_type(setting)}')
+
     def verdict(self, changes) -> SetParametersResult:
         """Say whether ``changes``, ROS parameters, may be set."""
         try:
@@ -108,15 +126,21 @@ def refuse_misspelt(node):
 
 
 def _declare(node, name: str, setting: Setting):
-    default = setting.default
     try:
-        return node.declare_parameter(
-            name, list(default) if isinstance(default, tuple) else default,
-            _descriptor(setting)).value
+        value = node.declare_parameter(name, _value(setting), _descriptor(setting)).value
     except InvalidParameterTypeException:
-        raise ArgumentError(name, f'expected {_type(setting)}') from None
-    except InvalidParameterValueException as error:
-        raise ArgumentError(name, str(error)) from None
+        value = None
+    except InvalidParameterValueException:
+        raise ArgumentError(
+            name, f'expected a value in [{setting.lower:g}, {setting.upper:g}]') from None
+    if value is None:  # an empty list, too
+        raise ArgumentError(name, f'expected {_type(setting)}')
+    return value
+
+
+def _value(setting: Setting):
+    default = setting.default
+    return list(default) if isinstance(default, tuple) else default
 
 
 def _descriptor(setting: Setting) -> ParameterDescriptor:

@@ -132,9 +132,10 @@ class Answers:
             raise ArgumentError(field, f'expected {len(state.name)} values, as many as '
                                 f'state.name, got {len(values)}')
         result = finite(field, from_field(values)[layout], (N_JOINTS,))
-        if np.abs(result).max() > _PLAUSIBLE[field]:
+        largest = result[np.abs(result).argmax()]
+        if abs(largest) > _PLAUSIBLE[field]:
             raise ArgumentError(field, f'expected no value beyond {_PLAUSIBLE[field]:g} '
-                                f'(rad, s), got {result}')
+                                f'(rad, s), got {largest:g}')
         return result
 
     def _refuse_old(self, latest):

@@ -5,6 +5,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock import ClockType
 from rclpy.node import Node
@@ -20,6 +21,7 @@ from .messages import stamp_ns
 from .parameters import Parameters
 from .parameters import refuse_misspelt
 from .process import run
+from ..core.exceptions import ArgumentError
 
 _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
@@ -54,6 +56,14 @@ class TorquePredictor(Node):
             self.get_logger().info(
                 f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
                 f'{arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state')
+
+    def set_parameters_atomically(self, parameter_list):
+        """Set parameters as rclpy does, but say which one is refused."""
+        try:
+            self._given.refuse_other_types(parameter_list)
+        except ArgumentError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return super().set_parameters_atomically(parameter_list)
 
     def _on_joint_state(self, message: JointState):
         stamp = stamp_ns(message.header)

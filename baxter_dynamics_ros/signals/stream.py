@@ -109,13 +109,15 @@ class Stream:
         self.counts['taken'] += 1
         if qd is None:
             self.counts[Event.VELOCITY_MISSING] += 1
-        return self._sample(stamp_ns, q, qd, self._valid(effort))
+        # What another publisher sends right after the robot says nothing of the robot's stamps.
+        tells = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
+        return self._sample(stamp_ns, tells, q, qd, self._valid(effort))
 
-    def _sample(self, stamp_ns, q, qd, effort):
+    def _sample(self, stamp_ns, tells, q, qd, effort):
         """Return the sample at its time on the stream's own line; None while that is unknown."""
         clock = self.clock
         before = clock.retimed, clock.resyncs
-        time_ns = clock.update(stamp_ns, not self._continuity.repeated)
+        time_ns = clock.update(stamp_ns, tells)
         if (clock.retimed, clock.resyncs) != before:
             self.counts[Event.RESET_RESYNC if before[0] else Event.RESET_RETIMED] += 1
         if time_ns is None:

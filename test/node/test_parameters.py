@@ -1,11 +1,10 @@
-"""Parameters: refused with the reason at the start and at run time, applied without a restart."""
+"""Parameters: described, read from files, and applied without a restart."""
 
 from pathlib import Path
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import mount
 from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.core.effort import EffortModel
 from baxter_dynamics_ros.signals.settings import SETTINGS
 import numpy as np
@@ -33,55 +32,6 @@ def still(robot, n, start):
     robot.until(lambda: len(robot.predicted) > before)
     robot.spin(0.2)
     return np.array(robot.predicted[-1].effort), q
-
-
-@pytest.mark.parametrize('argument, problem', [
-    ('acceleration.cutoff:=-1.0', 'acceleration.cutoff'),
-    ('acceleration.cutoff:=5', 'acceleration.cutoff: expected a number with a decimal point'),
-    ('acceleration.cutoff:=.nan', 'acceleration.cutoff'),
-    ('acceleration.velocity_lag:=9.0', 'acceleration.velocity_lag'),
-    ('align:=2.0', 'align: expected true or false'),
-    ('arm:=middle', 'arm: expected one of right, left'),
-    ('method:=magic', 'method: expected one of lagrange_euler, newton_euler'),
-    ('gravity:=[0.0, 0.0]', 'gravity: expected shape (3,)'),
-    ('gravity:=[0, 0, -9]', 'gravity: expected a list of 3 numbers with decimal points'),
-    ('payload.mass:=-0.1', 'payload.mass'),
-    ('payload.inertia:=[0.1, 0.1, 0.1, 0.0, 0.0, 0.0]', 'payload.mass is zero'),
-    ('effort_model.bias:=[1.0]', 'effort_model.bias: expected shape (7,)'),
-    ('effort_model.coulomb:=[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]', 'effort_model.coulomb[0]'),
-    ('payload.mas:=1.0', 'payload.mas: no such parameter; is payload.mass meant?'),
-    ('qos_overrides./robot/joint_states.subscription.reliability:=foo', 'foo'),
-])
-def test_a_bad_value_at_the_start_is_one_clear_line_and_exit_code_1(refuses, argument, problem):
-    refuses('torque_predictor', argument, problem)
-
-
-def test_another_nodes_parameter_is_logged_and_a_plain_argument_refused(robot, start):
-    process = start('torque_predictor', '-p', 'camera_frame:=wrist')
-    robot.wait_for_node()
-    assert 'camera_frame is given, but there is none' in process.output
-    with NodeProcess('torque_predictor', ['--arm', 'left']) as process:
-        assert process.wait(20.0) == 2
-        assert 'unrecognized arguments: --arm left' in process.output
-
-
-REFUSED = [
-    ('acceleration.cutoff', 100.0, 'cutoff'),
-    ('acceleration.cutoff', float('nan'), 'cutoff'),
-    ('acceleration.cutoff', 'fast', 'Wrong parameter type'),
-    ('gravity', [0.0, 0.0, float('inf')], 'gravity: expected finite values'),
-    ('payload.center_of_mass', [0.0], 'payload.center_of_mass: expected shape (3,)'),
-    ('method', 'magic', 'method: expected one of'),
-    ('arm', 'left', 'read-only'),
-    ('effort_model.spring_range', [1.0, -1.0], 'spring_range: expected lower < upper'),
-]
-
-
-def test_a_bad_value_at_run_time_is_refused_with_the_reason(robot, predictor):
-    for name, value, reason in REFUSED:
-        result = set_parameters(robot, **{name: value})
-        assert not result.successful
-        assert reason in result.reason
 
 
 def test_model_changes_apply_at_once_without_a_reset(robot, predictor):

@@ -1,0 +1,103 @@
+"""The SROS2 policy allows what the running nodes do, all of it and nothing else."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'
+CHILDREN = {'policy': {'enclaves'}, 'enclaves': {'enclave'}, 'enclave': {'profiles'},
+            'profiles': {'profile'}, 'profile': {'topics', 'services'}, 'topics': {'topic'},
+            'services': {'service'}, 'topic': set(), 'service': set()}
+ATTRIBUTES = {'policy': {'version'}, 'enclave': {'path'}, 'profile': {'ns', 'node'}}
+PERMISSIONS = {'topics': ('publish', 'subscribe'), 'services': ('reply', 'request')}
+# Ways to run each node; what one way needs another may not.
+RUNS = {'torque_predictor': (('arm:=right', 'use_sim_time:=false'),
+                             ('arm:=both', 'use_sim_time:=true')),
+        'fake_baxter': (('arm:=right',),)}
+
+
+@pytest.fixture(scope='module')
+def policy():
+    """Return the policy's root, with its comments."""
+    builder = ElementTree.TreeBuilder(insert_comments=True)
+    return ElementTree.parse(POLICY, ElementTree.XMLParser(target=builder)).getroot()
+
+
+@pytest.fixture(scope='module')
+def allowed(policy):
+    """Return a function from an enclave to what it allows: permission to names, in full."""
+    def allowed_(enclave):
+        (profile,) = policy.findall(f'enclaves/enclave[@path="/{enclave}"]/profiles/profile')
+        own = profile.get('ns').rstrip('/') + '/' + profile.get('node')
+        names = {kind: [] for kinds in PERMISSIONS.values() for kind in kinds}
+        for block in profile.findall('*'):
+            for kind in block.attrib:
+                names[kind] += [each.text.replace('~', own, 1) for each in block.findall('*')]
+        assert all(len(each) == len(set(each)) for each in names.values())
+        return {kind: set(each) for kind, each in names.items()}
+    return allowed_
+
+
+def used(robot, name, namespace):
+    """Return what a running node does: permission to names, in full, as if in no namespace."""
+    return {kind: {each.removeprefix(namespace) for each, _ in ask(name, namespace)}
+            for kind, ask in (('publish', robot.get_publisher_names_and_types_by_node),
+                              ('subscribe', robot.get_subscriber_names_and_types_by_node),
+                              ('reply', robot.get_service_names_and_types_by_node),
+                              ('request', robot.get_client_names_and_types_by_node))}
+
+
+def test_is_of_the_format_that_sros2_reads(policy):
+    assert policy.attrib == {'version': '0.2.0'}
+    for element in policy.iter():
+        if element.tag is ElementTree.Comment:
+            continue
+        children = {child.tag for child in element} - {ElementTree.Comment}
+        assert children <= CHILDREN[element.tag]
+        assert bool(children) == bool(CHILDREN[element.tag])
+        if element.tag in PERMISSIONS:
+            (permission,) = element.attrib
+            assert permission in PERMISSIONS[element.tag]
+            assert element.get(permission) == 'ALLOW'
+        else:
+            assert set(element.attrib) == ATTRIBUTES.get(element.tag, set())
+        if element.tag in ('topic', 'service'):
+            assert element.text.startswith(('/', '~/')) and element.text == element.text.strip()
+    # `ros2 security generate_artifacts` takes a comment there for an enclave.
+    assert ElementTree.Comment not in [child.tag for child in policy.find('enclaves')]
+
+
+@pytest.mark.parametrize('executable', RUNS)
+def test_allows_what_the_node_does_and_nothing_else(robot, start, allowed, executable):
+    if executable == 'fake_baxter':
+        pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
+    else:
+        pytest.importorskip('baxter_dynamics_interfaces.srv',
+                            reason='needs pip install ./baxter_dynamics_interfaces')
+    everything = {kind: set() for kind in allowed(executable)}
+    for i, parameters in enumerate(RUNS[executable]):
+        namespace = f'/run_{i}'  # the run before may be remembered for a while
+        process = start(executable, '-r', f'__ns:={namespace}',
+                        *(word for each in parameters for word in ('-p', each)))
+        robot.until(lambda: '[INFO]' in process.output and (executable, namespace) in
+                    robot.get_node_names_and_namespaces())
+        before = None
+        while (now := used(robot, executable, namespace)) != before:
+            before = now
+            robot.spin(0.7)
+        for kind, names in now.items():
+            everything[kind] |= names
+        process.end()
+    assert everything == allowed(executable)
+
+
+def test_an_operator_may_hear_and_ask_all_of_the_predictor_and_command_no_robot(allowed):
+    operator, predictor = allowed('operator'), allowed('torque_predictor')
+    common = {'/parameter_events', '/rosout'}
+    assert operator['subscribe'] == predictor['publish'] - common
+    assert operator['request'] == predictor['reply'] - {'/torque_predictor/get_type_description'}
+    assert operator['publish'] == common
+    own = {name.replace('/torque_predictor/', '/operator/') for name in predictor['reply']
+           if 'parameter' in name or 'description' in name}
+    assert operator['reply'] == own | {'/_ros2cli_*/get_type_description'}
