@@ -24,6 +24,7 @@ from .process import run
 from ..core.exceptions import ArgumentError
 
 _DIAGNOSTICS_PERIOD = 1.0  # [s]
+_AT_ONCE = 30  # joint states; then others have their turn
 
 
 class TorquePredictor(Node):
@@ -66,6 +67,15 @@ class TorquePredictor(Node):
         return super().set_parameters_atomically(parameter_list)
 
     def _on_joint_state(self, message: JointState):
+        """Take a joint state, and those that wait behind it: rclpy would take one a round."""
+        self._take(message)
+        for _ in range(_AT_ONCE):
+            waiting = self._subscription.handle.take_message(JointState, False)
+            if waiting is None:
+                break
+            self._take(waiting[0])
+
+    def _take(self, message: JointState):
         stamp = stamp_ns(message.header)
         stamped = stamp != 0
         if not stamped:
