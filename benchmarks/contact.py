@@ -131,7 +131,8 @@ def external_torque(motion: Motion, model: EffortModel) -> np.ndarray:
 def contacts(motion: Motion, model: EffortModel, **settings) -> np.ndarray:
     """Return whether the detector says contact at each sample, (n,) bool."""
     detector = ContactDetector(**settings)
-    return np.array([detector.update(motion.period, r) for r in external_torque(motion, model)])
+    return np.array([detector.update(motion.period, *row)
+                     for row in zip(external_torque(motion, model), motion.q)])
 
 
 def latencies(motion: Motion, found: np.ndarray, plan: list) -> np.ndarray:

@@ -49,6 +49,7 @@ class Soak(NamedTuple):
     seconds: float  # that it took [s]
     memory: tuple  # resident, once warm and in the end [MB]
     latency: np.ndarray  # p99 of each tenth of the messages (10,) [ms]
+    processor: np.ndarray  # processor time a message of each tenth (10,) [ms]
 
     @property
     def growth(self) -> float:
@@ -57,8 +58,8 @@ class Soak(NamedTuple):
 
     @property
     def slowing(self) -> float:
-        """Latency of the last tenths over that of the first."""
-        return float(np.median(self.latency[-3:]) / np.median(self.latency[:3]))
+        """Return the processor time of the last tenths over that of the second to fourth."""
+        return float(np.median(self.processor[-3:]) / np.median(self.processor[1:4]))
 
     @property
     def lost(self) -> int:
@@ -134,7 +135,8 @@ def through_handler(n: int) -> Soak:
     counts = predictor.counts
     return Soak(n, counts['received'], sum(counts[event] for event in DROPPED),
                 counts['predicted'], residuals, quiet_messages(), time.perf_counter() - begin,
-                (before, resident()), p99(spent))
+                (before, resident()), p99(spent),
+                np.array([part.mean() for part in np.array_split(spent, PARTS)]) * 1e3)
 
 
 def through_node(n: int) -> Soak:
@@ -146,7 +148,7 @@ def through_node(n: int) -> Soak:
             wires.until(lambda: wires.publisher.get_subscription_count()
                         and wires.count_publishers(wires.residual), 'no node')
             begin = time.perf_counter()
-            sent, before = _send(wires, n, process.pid)
+            sent, before, used = _send(wires, n, process.pid)
             seconds = time.perf_counter() - begin
             wires.reports.clear()  # the last answers arrive before the second, or are lost
             wires.until(lambda: len(wires.reports) >= 2, 'no two diagnostics')
@@ -162,16 +164,27 @@ def through_node(n: int) -> Soak:
     counts = wires.reports[-1]
     return Soak(n, int(counts['received']), sum(int(counts[event.value]) for event in DROPPED),
                 int(counts['predicted']), len(wires.arrived), quiet_messages(), seconds, memory,
-                p99(latency))
+                p99(latency), np.diff(used) / (n / PARTS) * 1e3)
 
 
 def _send(wires: Wires, n: int, pid: int) -> tuple:
-    """Return when each message was sent (n,) [s], and the node's memory once warm [MB]."""
-    sent, quiet = np.full(n, np.nan), quiet_messages()
+    """
+    Send n messages.
+
+    Returns
+    -------
+    tuple
+        When each was sent (n,) [s], the node's memory once warm [MB], and the processor time it
+        has used by the beginning of each tenth and by the end (11,) [s].
+
+    """
+    sent, quiet, used = np.full(n, np.nan), quiet_messages(), []
     begin = time.perf_counter()
     for k, (stamp, *fields) in enumerate(messages(n)):
         if k == round(WARM * n):
             before = resident(pid)
+        if k % (n // PARTS) == 0:
+            used.append(processor_time(pid))
         while (left := begin + k / RATE - time.perf_counter()) > 0.0:
             wires.spin(left)
         if k - quiet - len(wires.arrived) >= AHEAD:
@@ -179,7 +192,7 @@ def _send(wires: Wires, n: int, pid: int) -> tuple:
         message = joint_state(JOINT_STATE_NAMES, stamp, *fields)
         sent[k] = time.perf_counter()
         wires.publisher.publish(message)
-    return sent, before
+    return sent, before, [*used, processor_time(pid)][:PARTS + 1]
 
 
 def quiet_messages() -> int:
@@ -199,6 +212,12 @@ def resident(pid='self') -> float:
     (line,) = (line for line in Path(f'/proc/{pid}/status').read_text().splitlines()
                if line.startswith('VmRSS'))
     return int(line.split()[1]) / 1024
+
+
+def processor_time(pid: int) -> float:
+    """Return the processor time that a process has used [s]."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def main():
@@ -224,7 +243,7 @@ def main():
         'memory, warm [MB]': lambda run: f'{run.memory[0]:.1f}',
         'memory, in the end [MB]': lambda run: f'{run.memory[1]:.1f}',
         'growth [MB]': lambda run: f'{run.growth:+.1f}',
-        'last tenths / first': lambda run: f'{run.slowing:.2f}'}
+        'processor time, last / first': lambda run: f'{run.slowing:.2f}'}
     print(f'{"":30}' + ''.join(f'{name:>16}' for name in runs))
     for name, value in rows.items():
         print(f'{name:30}' + ''.join(f'{value(run)!s:>16}' for run in runs.values()))

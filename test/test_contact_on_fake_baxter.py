@@ -5,6 +5,8 @@ from pathlib import Path
 import sys
 
 from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
 import pytest
 
@@ -107,3 +109,14 @@ def test_residuals_have_a_fraction_of_the_first_differences_noise(trajectory):
     print(trajectory, predictor / difference, external / difference)
     assert external <= limit * difference
     assert predictor <= limit * difference
+
+
+def test_the_stream_handler_finds_the_same():
+    motion = run('switch', 100)
+    names, predictor = joint_names('right'), PredictorSettings().predictor(external=True)
+    contact = []
+    for k, row in enumerate(zip(motion.q[:1600], motion.qd, motion.effort)):
+        predictor.handle(10 ** 18 + k * 10_000_000, names, *row)
+        contact.append(bool(predictor.external.latest and predictor.external.latest.contact))
+    np.testing.assert_array_equal(contact, judged('switch', 100, 'uncalibrated')[1][:1600])
+    assert any(contact)

@@ -80,10 +80,12 @@ def test_external_torque_has_a_fraction_of_the_first_differences_noise(recording
 
 
 def test_predictors_residual_has_a_fraction_of_it_too(recordings):
-    motion = load(recordings)[0][TRACKING][0]
-    period = motion.period
-    residual = benchmark.residual(motion)
-    ratio = (benchmark.rms(benchmark.without_mean(residual, period))
-             / benchmark.rms(benchmark.without_mean(
-                 benchmark.first_difference(motion, EffortModel()), period)))
-    assert ratio <= 0.20
+    for motion in sum(load(recordings)[0].values(), []):
+        motion = motion._replace(**{name: getattr(motion, name)[:2500]
+                                    for name in ('q', 'qd', 'effort')})
+        period = motion.period
+        ratio = (benchmark.rms(benchmark.without_mean(benchmark.residual(motion), period))
+                 / benchmark.rms(benchmark.without_mean(
+                     benchmark.first_difference(motion, EffortModel()), period)))
+        print(motion.name, round(ratio, 3))
+        assert ratio <= 0.20

@@ -4,6 +4,7 @@ from pathlib import Path
 import re
 
 from baxter_dynamics_ros.core import paper_tables
+from baxter_dynamics_ros.signals.arms import BOTH
 from baxter_dynamics_ros.signals.events import Event
 from baxter_dynamics_ros.signals.events import REMEDIES
 from baxter_dynamics_ros.signals.settings import SETTINGS
@@ -44,7 +45,8 @@ def test_each_parameter_is_documented_as_it_is(setting):
     else:
         assert value == str(setting.default).replace('True', 'true')
     if setting.choices:
-        assert limits == ', '.join(f'`{choice}`' for choice in setting.choices)
+        choices = (*setting.choices, BOTH) if setting.name == 'arm' else setting.choices
+        assert limits == ', '.join(f'`{choice}`' for choice in choices)
     elif limits.startswith('±'):
         assert float(limits[1:]) == setting.upper == -setting.lower
     elif limits:

@@ -11,11 +11,13 @@ PERIOD = 0.01  # [s]
 FLOOR, LIMIT = np.array(FLOOR), np.array(LIMIT)
 REST = np.array([0.7, -0.1, 0.6, -0.5, 0.05, -0.3, 0.2])  # in free motion, without noise [N m]
 ONE = np.eye(7)
+HOME = np.zeros(7)  # [rad]
 
 
-def play(detector, rows, period=PERIOD):
-    """Return whether there is contact after each of the rows (n, 7)."""
-    return np.array([detector.update(period, row) for row in rows])
+def play(detector, rows, period=PERIOD, speed=0.0):
+    """Return whether there is contact after each of the rows (n, 7); speed in rad/s."""
+    return np.array([detector.update(period, row, np.full(7, speed * period * k))
+                     for k, row in enumerate(rows)])
 
 
 def still(seconds, value=REST, period=PERIOD):
@@ -66,7 +68,7 @@ def test_just_less_than_the_threshold_is_none(detector):
 def test_one_sample_alone_is_none_unless_it_is_far_off(detector):
     for _ in range(5):
         assert not play(detector, [REST + 1.2 * FLOOR, REST]).any()
-    assert detector.update(PERIOD, REST + 1.3 * FLOOR)
+    assert detector.update(PERIOD, REST + 1.3 * FLOOR, HOME)
 
 
 def test_samples_in_a_row_must_be_of_one_joint(detector):
@@ -115,7 +117,7 @@ def test_never_learns_in_contact_or_on_the_way_to_it(detector, rng):
     before = detector.bias, detector.sigma, detector.threshold
     rows = [REST + 1.1 * FLOOR * ONE[1], *(REST + 1.5 * FLOOR * rng.uniform(1.0, 1.3, (100, 7)))]
     for row in rows:
-        detector.update(PERIOD, row)
+        detector.update(PERIOD, row, HOME)
         np.testing.assert_array_equal((detector.bias, detector.sigma, detector.threshold), before)
     assert detector.in_contact
 
@@ -136,7 +138,7 @@ def test_bias_follows_free_motion_the_less_the_closer_it_is_to_the_threshold(det
     for part in (0.1, 0.6, 0.9):
         moved, k = REST + part * FLOOR, 0
         while (moved - detector.bias > 0.5 * part * FLOOR).any():
-            assert not detector.update(PERIOD, moved)
+            assert not detector.update(PERIOD, moved, HOME)
             k += 1
         time[part] = k * PERIOD
         play(detector, still(3.0))
@@ -151,15 +153,23 @@ def test_slow_push_is_found_once_it_is_more_than_a_model_may_be_wrong_by(detecto
     assert LIMIT[3] < push[first, 3] < LIMIT[3] + 1.1 * FLOOR[3]
 
 
-def test_what_stays_within_the_limit_is_given_up_and_teaches(detector):
+def test_what_stays_within_the_limit_is_given_up_and_teaches_where_the_arm_moves(detector):
     step = 0.8 * LIMIT * ONE[1]
-    found = play(detector, still(6.0, REST + step))
+    found = play(detector, still(6.0, REST + step), speed=0.1)
     assert 1.5 < PERIOD * np.count_nonzero(found) < 3.0
     assert not found[-100:].any()
     np.testing.assert_allclose(detector.bias, REST + step, atol=1e-6)
     assert detector.threshold[1] > 0.7 * LIMIT[1]
     assert not play(detector, still(3.0, REST + 0.15 * step)).any()  # an error of that size
     assert (detector.threshold <= LIMIT).all()
+
+
+def test_what_leans_on_a_still_arm_is_found_again(detector):
+    step = 0.8 * LIMIT * ONE[1]
+    assert not play(detector, still(6.0, REST + step))[-1]  # given up
+    np.testing.assert_array_equal(detector.threshold, FLOOR)
+    play(detector, still(5.0))
+    assert play(detector, still(0.1, REST + step)).any()
 
 
 def test_what_is_beyond_the_limit_stays_contact(detector):
@@ -212,7 +222,7 @@ def test_reset_forgets_everything():
     used.reset()
     rows = np.concatenate([still(2.0, 0.5 * REST), still(0.5, 2.0 * LIMIT), still(1.0)])
     for row in rows:
-        assert used.update(PERIOD, row) == new.update(PERIOD, row)
+        assert used.update(PERIOD, row, HOME) == new.update(PERIOD, row, HOME)
         for name in ('bias', 'sigma', 'threshold', 'joints'):
             np.testing.assert_array_equal(getattr(used, name), getattr(new, name))
 
@@ -231,11 +241,11 @@ def test_a_dt_of_zero_changes_nothing(detector):
     for row in (REST + 0.5 * FLOOR, REST + 2.0 * FLOOR):
         before = detector.in_contact, detector.bias.tolist(), detector.threshold.tolist()
         for _ in range(5):
-            detector.update(0.0, row)
+            detector.update(0.0, row, HOME)
         assert before == (detector.in_contact, detector.bias.tolist(),
                           detector.threshold.tolist())
     fresh = ContactDetector(settling=0.0)
-    assert not fresh.update(0.0, REST)
+    assert not fresh.update(0.0, REST, HOME)
     assert not play(fresh, still(1.0)).any()
 
 

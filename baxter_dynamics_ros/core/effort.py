@@ -72,7 +72,7 @@ class EffortModel:
         Width of the Coulomb term's change of sign [rad/s].
     dahl_length : float
         The angle over which Dahl's friction turns round [rad].
-    has_spring, has_friction, has_dahl : bool
+    has_spring, has_friction, has_dahl, has_added_inertia : bool
         Whether any of their coefficients is not zero; Dahl's are among the friction's.
 
     Raises
@@ -116,7 +116,7 @@ class EffortModel:
         set_(self, 'has_dahl', bool(self.dahl.any()))
         set_(self, 'has_friction', bool(self.has_dahl or self.coulomb.any() or self.viscous.any()))
         set_(self, '_has_cables', bool(self.stiffness.any()))
-        set_(self, '_has_added_inertia', bool(self.added_inertia.any()))
+        set_(self, 'has_added_inertia', bool(self.added_inertia.any()))
         set_(self, '_spring', tuple(self.spring_coefficients.tolist()))
         set_(self, '_border', tuple(self.spring_range.tolist()))
 
@@ -146,6 +146,9 @@ class EffortModel:
 
         Nowhere, where there is no spring.
         """
+        if q.ndim == 1:  # several times faster
+            return np.bool_(self.has_spring
+                            and not self._border[0] <= q.item(S1) <= self._border[1])
         s1 = q[..., S1]
         held = (s1 < self._border[0]) | (s1 > self._border[1])
         return held if self.has_spring else np.zeros_like(held)
@@ -174,7 +177,7 @@ class EffortModel:
         result = self.bias
         if self._has_cables:
             result = result + self.stiffness * q
-        if self._has_added_inertia:
+        if self.has_added_inertia:
             result = result + self.added_inertia * qdd
         return result
 

@@ -3,6 +3,7 @@
 import time
 
 from geometry_msgs.msg import WrenchStamped
+from rclpy.event_handler import PublisherEventCallbacks
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
@@ -118,6 +119,8 @@ class Arm:
             self._publish(self._residual, prediction.residual)
 
     def _tell_external(self, external):
+        if external.contact:
+            self.statistics.add_contact(self.predictor.external.detector.joints)
         if self._external.get_subscription_count():
             self._prepare(external)
             self._publish(self._external, external.effort)
@@ -148,5 +151,7 @@ class Arm:
             publisher.publish(self._joint_state)
 
     def _publisher(self, kind: type, name: str):
+        # Of rclpy's event handlers, two a publisher, each costs something with every message.
         return self._node.create_publisher(
-            kind, topics.below_node(name, self.side), topics.PUBLISHER_QOS)
+            kind, topics.below_node(name, self.side), topics.PUBLISHER_QOS,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))

@@ -17,6 +17,8 @@ STALE = DiagnosticStatus.STALE
 
 STALE_AFTER = 1.0  # without a valid joint state of the arm [s]
 LONG_CONTACT = 30.0  # [s] after which a contact is taken for a load that the model lacks
+_LOCKS_WITHIN = 3.0  # [s] that re-timing may take to find a period
+_GRACE = 2.0  # [s] that the filter may take longer than it needs to settle
 _SAMPLES_PER_CYCLE = 4  # of the cut-off frequency, at the least
 
 _INPUT_EVENTS = DROPPED + (Event.REPEATED_STAMP, Event.UNSTAMPED, Event.VELOCITY_MISSING)
@@ -44,10 +46,12 @@ SAYS = {
     'no measurement': 'nothing measured',
     'residual': 'RMS of measured - predicted effort',
     'no residual': 'no residual in the last period',
-    'free': 'nothing pushes the arm',
-    'learning': 'nothing pushes the arm; what free motion is like is still being learnt',
+    'beginning': 'the observer begins: external effort rises from zero, and nothing is contact '
+                 'yet',
+    'free': 'no contact',
+    'learning': 'no contact; what free motion is like is still being learnt',
     'contact': 'contact: {joints}',
-    'long contact': 'contact at {joints} for {duration:.0f} s: if nothing touches the arm, the '
+    'long contact': 'contact at {joints} for over 30 s: if nothing touches the arm, the '
                     'model lacks a load; set payload.* or calibrate, then call the service reset',
     'no external': 'no external effort: see input and effort',
     'withheld': '; the wrench is withheld, for the hand is near a singularity',
@@ -106,7 +110,7 @@ def _stamps(arm):
     elif clock.period:
         status = _status('stamps', OK, 'retimed')
     else:
-        status = (_status('stamps', WARN, 'never locks') if arm.statistics.was_dry
+        status = (_status('stamps', WARN, 'never locks') if arm.statistics.dry > _LOCKS_WITHIN
                   else _status('stamps', OK, 'locking'))
     _add(status, 're-timed', clock.retimed)
     if clock.retimed and clock.period:
@@ -125,7 +129,8 @@ def _filter(arm):
         state, status = 'running', _status('filter', OK, 'running')
     else:
         state = 'settling'
-        status = (_status('filter', WARN, 'never settles') if statistics.was_dry
+        long = statistics.dry > predictor.estimator.settling_time + _GRACE
+        status = (_status('filter', WARN, 'never settles') if long
                   else _status('filter', OK, 'settling'))
     needed = _SAMPLES_PER_CYCLE * predictor.estimator.cutoff
     if 0.0 < statistics.highest_rate < needed:
@@ -151,7 +156,8 @@ def _effort(arm):
 
 def _residual(arm):
     rms = arm.statistics.residual_rms
-    status = _status('residual', OK, 'no residual' if rms is None else 'residual')
+    status = _status('residual', STALE if arm.age > STALE_AFTER else OK,
+                     'no residual' if rms is None else 'residual')
     for i, joint in enumerate(JOINTS):
         _add(status, f'{joint} RMS [N m]', 'none' if rms is None else f'{rms[i]:.3f}')
     return status
@@ -159,26 +165,36 @@ def _residual(arm):
 
 def _external(arm):
     detector = arm.predictor.external.detector
-    joints = ', '.join(joint for joint, over in zip(JOINTS, detector.joints) if over)
+    joints = _named(detector.joints)
     if arm.age > STALE_AFTER or not arm.statistics.since('external'):
         status = _status('external', STALE, 'no external')
     elif detector.in_contact and detector.duration > LONG_CONTACT:
-        status = _status('external', WARN, 'long contact', joints=joints,
-                         duration=detector.duration)
+        status = _status('external', WARN, 'long contact', joints=joints)
     elif detector.in_contact:
         status = _status('external', OK, 'contact', joints=joints)
+    elif detector.is_settling:
+        status = _status('external', OK, 'beginning')
     else:
         status = _status('external', OK, 'free' if detector.has_learnt else 'learning')
     if arm.statistics.was_withheld:
         status.message += SAYS['withheld']
     _add(status, 'contact', detector.in_contact)
+    _add(status, 'contact for [s]', f'{detector.duration:.1f}')
     _add(status, 'joints in contact', joints)
+    _add(status, 'joints in contact in the last period', _named(arm.statistics.touched))
     _add(status, 'wrenches withheld', arm.statistics.withheld)
+    unexplained = arm.statistics.unexplained
+    _add(status, 'unexplained by a wrench [N m]',
+         'none' if unexplained is None else f'{unexplained:.3f}')
     for name, values in (('bias', detector.bias), ('sigma', detector.sigma),
                          ('threshold', detector.threshold)):
         for joint, value in zip(JOINTS, values):
             _add(status, f'{joint} {name} [N m]', f'{value:.3f}')
     return status
+
+
+def _named(joints) -> str:
+    return ', '.join(joint for joint, is_one in zip(JOINTS, joints) if is_one)
 
 
 def _status(name: str, level, what: str, **details) -> DiagnosticStatus:

@@ -12,11 +12,15 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.parameter import Parameter
 
 from ..core.exceptions import ArgumentError
+from ..core.joints import SIDES
 from ..signals.arms import BOTH
 from ..signals.arms import named_settings
 from ..signals.arms import per_arm
+from ..signals.settings import PredictorSettings
 from ..signals.settings import Setting
 from ..signals.settings import SETTINGS
+
+NO_SUCH = 'no such parameter'
 
 
 class Parameters:
@@ -42,6 +46,7 @@ class Parameters:
 
     def __init__(self, values: dict):
         self._values = values
+        self._verdict_on = self._next = None  # changes, and the parameters with them
         self._named = named_settings(values['arm'])
         self.settings = per_arm(values)
         for settings in self.settings.values():
@@ -63,6 +68,9 @@ class Parameters:
         for name, setting in named_settings(values['arm']).items():
             if name != 'arm':
                 values[name] = _declare(node, name, setting)
+        # A tilted base takes other functions: compiled now, where numba has to, not in mid-stream.
+        for roll in (0.0, 0.1):
+            PredictorSettings({'base.roll': roll}).warm_up()
         return cls(values)
 
     def proposed(self, changes) -> 'Parameters':
@@ -75,6 +83,8 @@ class Parameters:
             If a value is refused.
 
         """
+        if changes is self._verdict_on:  # rclpy hands over the same list to both its callbacks
+            return self._next
         return Parameters({**self._values, **{
             parameter.name: parameter.value for parameter in changes
             if parameter.name in self._values}})
@@ -98,7 +108,8 @@ class Parameters:
     def verdict(self, changes) -> SetParametersResult:
         """Say whether ``changes``, ROS parameters, may be set."""
         try:
-            self.proposed(changes)
+            self._next = self.proposed(changes)
+            self._verdict_on = changes
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -116,13 +127,20 @@ def refuse_misspelt(node):
         If there is a misspelt one.
 
     """
-    known = node.list_parameters([], 0).names
     for name in getattr(node, '_parameter_overrides', {}):  # rclpy has no public way to ask
-        if name not in known:
-            meant = get_close_matches(name, known, 1, 0.75)
-            if meant:
-                raise ArgumentError(name, f'no such parameter; is {meant[0]} meant?')
+        if not node.has_parameter(name):
+            problem = no_such(node, name)
+            if problem != NO_SUCH:
+                raise ArgumentError(name, problem)
             node.get_logger().warning(f'parameter {name} is given, but there is none')
+
+
+def no_such(node, name: str) -> str:
+    """Return what to say of a parameter that the node does not have."""
+    known = node.list_parameters([], 0).names
+    of_each = [f'{side}.{name}' for side in SIDES]
+    meant = of_each if of_each[0] in known else get_close_matches(name, known, 1, 0.75)
+    return f'{NO_SUCH}; is {" or ".join(meant)} meant?' if meant else NO_SUCH
 
 
 def _declare(node, name: str, setting: Setting):

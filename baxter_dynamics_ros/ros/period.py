@@ -17,11 +17,15 @@ class PeriodStatistics:
         Of the joint states that were taken, in the period that was closed last [Hz].
     highest_rate : float
         The same, or that of the period before where it is greater [Hz]: at a start and an end a
-        period is not full.
-    is_dry, was_dry : bool
-        Whether there were joint states but no prediction in that period, and in the one before.
-    wrenches, withheld : int
-        How many wrenches there were since the start, and how many not, near singularities.
+        period is not full. Infinite where nothing came in the period before.
+    dry : float
+        For how long there have been joint states but no prediction [s].
+    withheld : int
+        How many wrenches were withheld since the start, near singularities.
+    touched : ndarray (7,) of bool
+        Which joints have shown a contact in this period.
+    unexplained : float or None
+        Of the last wrench: the joint torque that no wrench explains [N m].
 
     """
 
@@ -29,24 +33,25 @@ class PeriodStatistics:
         self._before = Counter()  # counts at the end of the last period
         self._counts = Counter()  # counts at the end of this
         self.rate = self.highest_rate = float('inf')
-        self.is_dry = self.was_dry = False
-        self.wrenches = self.withheld = 0
-        self._withheld_before = 0
+        self.dry = 0.0
+        self.withheld = 0
+        self.unexplained = None
         self.begin()
 
     def begin(self):
         """Begin a new period."""
         self._square = np.zeros(N_JOINTS)
         self._residuals = 0
+        self.touched = np.zeros(N_JOINTS, dtype=bool)
         self._withheld_before = self.withheld
 
     def close(self, counts: Counter, period: float):
         """End a period of ``period`` [s]; ``counts`` are those of now."""
         self._before, self._counts = self._counts, Counter(counts)
         before, self.rate = self.rate, self.since('taken') / period
-        self.highest_rate = max(self.rate, before)
-        self.was_dry = self.is_dry
-        self.is_dry = self.since('taken') > 0 and not self.since('predicted')
+        self.highest_rate = max(self.rate, before) if before else float('inf')
+        is_dry = self.since('taken') > 0 and not self.since('predicted')
+        self.dry = self.dry + period if is_dry else 0.0
 
     def add(self, residual):
         """Take the residual (7,) [N m] of a prediction, or None."""
@@ -54,12 +59,14 @@ class PeriodStatistics:
             self._square += residual * residual
             self._residuals += 1
 
+    def add_contact(self, joints: np.ndarray):
+        """Take the joints (7,) bool that show a contact."""
+        self.touched |= joints
+
     def add_wrench(self, wrench):
         """Take a wrench, or None where it is withheld."""
-        if wrench is None:
-            self.withheld += 1
-        else:
-            self.wrenches += 1
+        self.withheld += wrench is None
+        self.unexplained = None if wrench is None else wrench.unexplained
 
     def since(self, event) -> int:
         """Return how often an event occurred in the period that was closed last."""

@@ -4,6 +4,7 @@ from argparse import ArgumentParser
 import sys
 
 import rclpy
+from rclpy.exceptions import NotInitializedException
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.utilities import remove_ros_args
@@ -37,18 +38,24 @@ def run(make_node, name: str, args=None) -> int:
     """
     parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=(
         'Settings are ROS parameters: --ros-args -p name:=value, or --params-file FILE.'))
+    started = False
     try:
         parser.parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
         rclpy.init(args=args)
+        started = True
         node = make_node()
-    except (BaxterDynamicsError, ParameterException, RuntimeError) as error:
+    except (BaxterDynamicsError, NotInitializedException, ParameterException,
+            RuntimeError) as error:
+        if started and not rclpy.ok():
+            return 0  # a signal ended the context while the node was being made
         # RuntimeError: a parameter file, argument or quality of service that rcl refuses.
         print(f'{name}: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 0
     try:
-        rclpy.spin(node)
+        if rclpy.ok():  # a signal may have come meanwhile
+            rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except RuntimeError:

@@ -18,6 +18,7 @@ from .arm import Arm
 from .diagnostics import report
 from .messages import from_field
 from .messages import stamp_ns
+from .parameters import no_such
 from .parameters import Parameters
 from .parameters import refuse_misspelt
 from .process import run
@@ -61,6 +62,9 @@ class TorquePredictor(Node):
     def set_parameters_atomically(self, parameter_list):
         """Set parameters as rclpy does, but say which one is refused."""
         try:
+            for parameter in parameter_list:
+                if not self.has_parameter(parameter.name):
+                    raise ArgumentError(parameter.name, no_such(self, parameter.name))
             self._given.refuse_other_types(parameter_list)
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -86,12 +90,14 @@ class TorquePredictor(Node):
             arm.take(stamp, stamped, *fields)
 
     def _on_reset(self, request, response):
-        for arm in self._arms.values():
-            arm.predictor.reset()
-            settling = arm.predictor.estimator.settling_time
+        predictors = [arm.predictor for arm in self._arms.values()]
+        retimed = any(predictor.stream.clock.retimed for predictor in predictors)
+        for predictor in predictors:
+            predictor.reset()
         response.success = True
         response.message = ('filter state and what free motion is like are forgotten: predictions '
-                            f'return after {settling:.2f} s')
+                            f'return after {predictors[0].estimator.settling_time:.2f} s'
+                            + ', once the period of the stamps is found again' * retimed)
         return response
 
     def _on_parameters_set(self, changes):

@@ -34,6 +34,7 @@ _PRIOR = 2.0  # floors, at which the thresholds begin
 _PRIOR_TIME = 1.0  # of free motion, as much as which that counts [s]
 _RELEASE = 0.05  # for how long all joints must be back before contact ends [s]
 _FADING = 2.5  # in which a bias loses what it is worth [s]
+_MOVED = 0.05  # [rad] that an arm must move in contact for it to be an error of the model
 _DOUBT = 0.3  # for how long contact must be within what the model may be wrong by [s]
 
 
@@ -85,13 +86,18 @@ class ContactDetector:
         return self._age
 
     @property
+    def is_settling(self) -> bool:
+        """Return whether the observer has only begun, so that nothing is contact yet."""
+        return self._to_settle > 0.0
+
+    @property
     def has_learnt(self) -> bool:
         """Return whether sigma has seen as much free motion as it remembers."""
         return self._learnt >= self._memory
 
     @property
     def joints(self) -> np.ndarray:
-        """Which joints are in contact, (7,) bool: have been beyond the threshold, and not back."""
+        """Which joints show the contact, (7,) bool: those not back, or the last that were not."""
         return np.array(self._joints)
 
     @property
@@ -123,7 +129,7 @@ class ContactDetector:
         self._followed = None  # free motion that the bias is made of [s]; None: there is no bias
         self._end()
 
-    def update(self, dt: float, r: np.ndarray) -> bool:
+    def update(self, dt: float, r: np.ndarray, q: np.ndarray) -> bool:
         """
         Take the next sample, and return whether there is contact.
 
@@ -133,6 +139,8 @@ class ContactDetector:
             Time since the last sample [s]; with zero nothing happens.
         r : ndarray (7,)
             External torque [N m].
+        q : ndarray (7,)
+            Position [rad].
 
         """
         if self._to_settle > 0.0:
@@ -143,9 +151,11 @@ class ContactDetector:
                 self._take_bias(values)
             off = [x - b if x > b else b - x for x, b in zip(values, self._bias)]
             if self.in_contact:
+                self._moved = self._moved or bool((abs(q - self._from) > _MOVED).any())
                 self._stay(dt, values, off)
             elif any(map(float.__gt__, off, self._threshold)):
                 self._count_up(dt, off)
+                self._from = q
             else:
                 if self._on_the_way:
                     self._end()
@@ -196,18 +206,17 @@ class ContactDetector:
         """Go on with contact, or end it."""
         self._age += dt
         faded = min(self._age / _FADING, 1.0)
-        back = doubtful = True
+        doubtful, joints = True, []
         for i, threshold in enumerate(self._threshold):
             release = self._hysteresis * threshold
-            if off[i] > release:
-                back = False
-                self._joints[i] = self._joints[i] or off[i] > threshold
-            else:
-                self._joints[i] = False
+            joints.append(off[i] > release)
             # The reference goes over from the bias to zero, and what it may be wrong by grows.
             wrong = release + faded * (self._limit[i] - release)
             if abs(values[i] - (1.0 - faded) * self._bias[i]) > wrong:
                 doubtful = False
+        back = not any(joints)
+        if not back:
+            self._joints = joints
         self._back = self._back + dt if back else 0.0
         self._doubted = self._doubted + dt if doubtful else 0.0
         if self._back >= _RELEASE:
@@ -216,17 +225,19 @@ class ContactDetector:
             self._give_up(values, off)
 
     def _give_up(self, values: list, off: list):
-        """Take contact for an error of the model after all, of a kind that will come again."""
+        """Take contact for an error of the model after all, to come again if the arm moved."""
         for i, limit in enumerate(self._limit):
-            if off[i] > self._hysteresis * self._threshold[i]:
-                self._bias[i] = min(max(values[i], -limit), limit)
+            if off[i] <= self._hysteresis * self._threshold[i]:
+                continue
+            self._bias[i] = min(max(values[i], -limit), limit)
+            if self._moved:  # a still arm shows no new errors of the model: something leans on it
                 self._threshold[i] = max(self._threshold[i], min(off[i], limit))
                 self._variance[i] = max(self._variance[i],
                                         (self._threshold[i] / self._sigmas) ** 2)
         self._end()
 
     def _end(self):
-        self.in_contact = self._on_the_way = False
+        self.in_contact = self._on_the_way = self._moved = False
         self._joints = [False] * N_JOINTS
         self._count = [0] * N_JOINTS  # of samples in a row beyond the threshold
         self._span = [0.0] * N_JOINTS  # from the first of them to the last [s]

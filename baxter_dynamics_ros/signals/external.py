@@ -53,7 +53,7 @@ class ExternalEffort:
     """
 
     def __init__(self, model: ArmModel, gain: float, **contact):
-        self._observer = MomentumObserver(gain)
+        self._gain, self._observer = gain, MomentumObserver(gain)
         self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
         self.latest = None
         self._model = model
@@ -78,15 +78,17 @@ class ExternalEffort:
         if self._state is not None:
             self._observer.rebase(model.momentum_terms(*self._state)[0]
                                   - self._model.momentum_terms(*self._state)[0])
+        if not self._model.effort_model.has_dahl:
+            self._presliding.reset()  # it stood still
         self._model = model
         self._presliding.length = model.effort_model.dahl_length
         self.detector.reset()
 
     def tune(self, gain: float, **contact):
-        """Change the observer and the detector: both begin anew."""
-        self._observer = MomentumObserver(gain)
+        """Change the detector, which learns anew, and the observer, where its gain changes."""
+        if gain != self._gain:
+            self._gain, self._observer, self._then = gain, MomentumObserver(gain), None
         self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
-        self._then = None
 
     def update(self, sample: Sample, qd: np.ndarray, lag: float) -> 'External | None':
         """
@@ -134,7 +136,7 @@ class ExternalEffort:
             self._then = then
         effort = self._observer.update(then - self._then, momentum, tau + coriolis - gravity)
         self._then, self._state = then, (q, qd)
-        contact = self.detector.update(sample.dt, effort)
+        contact = self.detector.update(sample.dt, effort, q)
         for array in (q, qd, effort):
             array.setflags(write=False)
         self.latest = External(state.stamp_ns - round(lag * 1e9), q, qd, effort, contact)

@@ -23,5 +23,8 @@ class ArmModel(NamedTuple):
         The inertia that the measured effort shows beyond the links' is part of the momentum, for
         what it adds to the effort is the derivative of what it adds to that.
         """
-        momentum, coriolis, gravity = self.links_momentum(q, qd)
+        terms = self.links_momentum(q, qd)
+        if not self.effort_model.has_added_inertia:
+            return terms
+        momentum, coriolis, gravity = terms
         return momentum + self.effort_model.added_inertia * qd, coriolis, gravity

@@ -94,6 +94,8 @@ class Predictor:
 
     def configure(self, model: ArmModel):
         """Change the model in mid-stream: it holds from the next message on."""
+        if not self.model.effort_model.has_dahl:
+            self._presliding.reset()  # it stood still
         self.model = model
         self._presliding.length = model.effort_model.dahl_length
         if self.external is not None:

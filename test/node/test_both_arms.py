@@ -91,4 +91,4 @@ def test_parameters_of_an_arm_bear_its_name_and_reach_it_alone(robot, topics, si
 
 def test_a_parameter_without_the_arms_name_is_refused(refuses):
     refuses('torque_predictor', ['arm:=both', 'payload.mass:=1.0'],
-            'payload.mass: no such parameter; is ')
+            'payload.mass: no such parameter; is right.payload.mass or left.payload.mass meant?')

@@ -1,5 +1,6 @@
 """What pushes the fake arm is published with its sign, its wrench, and as contact."""
 
+from baxter_dynamics_ros.core.joints import JOINTS
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ def test_a_push_is_told_by_effort_wrench_contact_and_diagnostics(robot, push, st
 
     contacts.clear()
     push(PUSH)
-    robot.until(lambda: any(m.data for m in contacts), 1.0)
+    robot.until(lambda: any(m.data for m in contacts))
     _, message, values = robot.report()['external']
     assert message.startswith('contact: ')
     assert values['contact'] == 'True'
@@ -58,7 +59,7 @@ def test_a_push_is_told_by_effort_wrench_contact_and_diagnostics(robot, push, st
     assert robot.report()['external'][2]['contact'] == 'True'  # far beyond what a model may lack
 
     push(np.zeros(3))
-    robot.until(lambda: not contacts[-1].data, 2.0)
+    robot.until(lambda: not contacts[-1].data)
     by_stamp = {m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec: m for m in external}
     for m in wrenches:
         assert m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec in by_stamp
@@ -72,3 +73,28 @@ def test_what_nobody_listens_to_is_not_published(robot, predictor, sine):
     late = robot.listen(Bool, '/torque_predictor/contact')
     robot.spin(0.5)
     assert late == []
+
+
+def test_a_straight_elbow_withholds_the_wrench_and_says_so(robot, predictor):
+    wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
+    external = robot.listen(JointState, '/torque_predictor/external_effort')
+    straight = np.array([0.1, -0.5, 0.2, 0.16, 0.3, 0.6, -0.2])
+    bent = straight + [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    reports = []
+    for number, q in enumerate((straight, bent)):
+        robot.stream([(q, np.zeros(7), np.ones(7))] * 200, start=10 ** 18 + number * 10 ** 10)
+        robot.until(lambda: len(external) == (number + 1) * 198)
+        reports.append([{s.name: s for s in m.status}['torque_predictor: external']
+                        for m in robot.diagnostics
+                        if m.status[0].name.startswith('torque_predictor')][-1])
+        assert bool(wrenches) == (q is bent)
+    withheld, told = reports
+    keys = {pair.key: pair.value for pair in withheld.values}
+    assert withheld.message.endswith('withheld, for the hand is near a singularity')
+    assert int(keys['wrenches withheld']) > 50
+    assert keys['unexplained by a wrench [N m]'] == 'none'
+    keys = {pair.key: pair.value for pair in told.values}
+    assert 'withheld' not in told.message
+    assert float(keys['unexplained by a wrench [N m]']) >= 0.0
+    for name in ('bias', 'sigma', 'threshold'):
+        assert all(np.isfinite(float(keys[f'{joint} {name} [N m]'])) for joint in JOINTS)

@@ -22,7 +22,7 @@ PERIOD = 0.01  # [s]
 WINDOW = 1.5  # [s] of each measurement
 ATTEMPTS = 4  # another process on the machine may spoil one
 RATIO = 3.0  # of the p99 when flooded to that undisturbed, at the most
-FLOOR = 0.020  # [s], two periods: below, the scheduler weighs more than the node
+FLOOR = 0.010  # [s], a period: below, the scheduler weighs more than the node
 
 
 @pytest.fixture

@@ -173,7 +173,8 @@ SET_AT_ONCE = [
     ({'payload.inertia': [0.1] * 3 + [0.0] * 3}, 'payload.inertia: expected zero where'),
     ({'payload.mass': 1.0, 'align': False, 'contact.samples': 0}, 'contact.samples'),
     ({'payload.mass': 1.0, 'align': 'no', 'contact.samples': 5}, 'align: expected true or false'),
-    ({'payload.mass': 1.0, 'payload.mas': 1.0}, 'undeclared'),
+    ({'payload.mass': 1.0, 'payload.mas': 1.0},
+     'payload.mas: no such parameter; is payload.mass meant?'),
 ]
 
 

@@ -1,6 +1,7 @@
 """The node and the stream handler for long, and the node under arbitrary messages."""
 
 from pathlib import Path
+import tracemalloc
 
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.ros.messages import from_field
@@ -14,7 +15,7 @@ import pytest
 from std_srvs.srv import Trigger
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / 'benchmarks'
-FLAT = 5.0  # [MB]
+FLAT = 2.0  # [MB]; 250 B a message
 
 
 @pytest.fixture
@@ -30,17 +31,29 @@ def test_the_node_loses_nothing_and_stays_as_it_is(soak, domain):
     assert run.received == run.sent == 8000
     assert run.dropped == run.lost == 0
     assert run.residuals == run.predicted == 8000 - run.quiet
-    assert abs(run.growth) < FLAT
-    # Other processes make it wait too: a machine that is busy then is granted 0.1 s.
-    assert np.median(run.latency[-3:]) < 3.0 * np.median(run.latency[:3]) + 100.0
+    assert run.growth < FLAT
+    assert run.slowing < 1.3  # processor time a message: latency is also the machine's
 
 
 def test_the_stream_handler_loses_nothing_and_stays_as_it_is(soak):
     run = soak.through_handler(20_000)
     assert run.received == run.sent == 20_000
     assert run.lost == 0
-    assert run.growth < FLAT
-    assert run.slowing < 1.5
+    assert run.slowing < 1.3
+
+
+def test_the_stream_handler_keeps_nothing(soak):
+    predictor = PredictorSettings().predictor(external=True)
+    traced = []
+    tracemalloc.start()
+    try:
+        for k, message in enumerate(soak.messages(600)):
+            predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
+            if k in (299, 599):
+                traced.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert traced[1] - traced[0] < 2000  # [B] in 300 messages
 
 
 def arbitrary(n: int):

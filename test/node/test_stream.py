@@ -179,7 +179,7 @@ def test_diagnostics_ask_for_the_other_arm(robot, predictor, sine):
 
 
 def test_stamps_that_stand_still_are_reported(robot, predictor, sine):
-    _, rows = synthetic(sine, seconds=3.5)
+    _, rows = synthetic(sine, seconds=5.0)
     for row in rows:
         robot.send_arm(10 ** 18, *row)
         robot.spin(0.01)
