@@ -191,3 +191,27 @@ def test_it_is_not_asked_for_unless_wanted():
     predictor = PredictorSettings().predictor()
     assert predictor.external is None
     assert 'external' not in predictor.counts
+
+
+def test_settings_of_contact_leave_external_effort_as_it_is():
+    settings = PredictorSettings()
+    messages = measured(settings, external=PUSH)
+    changed, left_alone = (settings.predictor(external=True) for _ in range(2))
+    play(changed, messages[:250])
+    PredictorSettings({'contact.hysteresis': 0.6}).configure(changed, settings)
+    _, externals = play(changed, messages[250:])
+    _, expected = play(left_alone, messages)
+    np.testing.assert_array_equal(efforts(externals), efforts(expected[250:]))
+
+
+def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():
+    with_, without = PredictorSettings({'effort_model.dahl': [3.0] * 7}), PredictorSettings()
+    messages = measured(with_, 3.0)
+    predictor = with_.predictor(external=True)
+    play(predictor, messages[:100])
+    without.configure(predictor, with_)
+    play(predictor, messages[100:200])
+    with_.configure(predictor, without)
+    np.testing.assert_array_equal(predictor.presliding, 0.0)
+    play(predictor, messages[200:201])
+    np.testing.assert_array_equal(predictor.presliding, 0.0)  # nothing is known of before

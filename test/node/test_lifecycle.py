@@ -6,8 +6,11 @@ import subprocess
 import sys
 
 from baxter_dynamics_ros.ros import topics
+from baxter_dynamics_ros.ros.process import run
 import numpy as np
 import pytest
+import rclpy
+from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 
@@ -62,3 +65,13 @@ def test_console_script_lists_its_options():
                             capture_output=True, text=True, timeout=30)
     assert result.returncode == 0
     assert 'demo' in result.stdout
+
+
+@pytest.mark.parametrize('when', ['before', 'after'])
+def test_a_signal_while_the_node_is_made_ends_it_in_silence(domain, capfd, when):
+    def make():
+        node = Node('late') if when == 'after' else None
+        rclpy.shutdown()  # as a signal does
+        return node or Node('late')
+    assert run(make, 'late', ['late']) == 0
+    assert capfd.readouterr() == ('', '')
