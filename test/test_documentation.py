@@ -103,5 +103,5 @@ def test_continuous_integration_runs_the_readmes_test_command():
     commands = re.findall(r'^python3 -m venv .*$', README, re.MULTILINE)
     assert len(commands) == 2
     assert commands[0].endswith('.venv/bin/baxter_dynamics demo')
-    assert commands[1].endswith('.venv/bin/pytest -n 2 --dist loadfile')
+    assert commands[1].endswith('.venv/bin/pytest -n 3 --dist loadfile')
     assert 'README.md' in (REPOSITORY / '.ci' / 'run').read_text(encoding='utf-8')

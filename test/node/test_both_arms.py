@@ -39,7 +39,8 @@ def send_both(robot, sine, first=0, last=60):
 
 def test_each_arm_gets_what_a_predictor_of_its_own_computes(robot, topics, sine):
     names, rows = send_both(robot, sine)
-    robot.until(lambda: all(len(topics[side][1]) == len(rows) - 21 for side in SIDES))
+    robot.until(lambda: all([len(messages) for messages in topics[side]] == [
+        len(rows) - 21, len(rows) - 21, len(rows) - 2] for side in SIDES))
     for side in SIDES:
         alone = PredictorSettings({'arm': side, 'payload.mass': LOAD[side]}).predictor(
             external=True)

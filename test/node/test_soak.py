@@ -27,10 +27,10 @@ def soak(monkeypatch):
 
 
 def test_the_node_loses_nothing_and_stays_as_it_is(soak, domain):
-    run = soak.through_node(8000)
-    assert run.received == run.sent == 8000
+    run = soak.through_node(6000)
+    assert run.received == run.sent == 6000
     assert run.dropped == run.lost == 0
-    assert run.residuals == run.predicted == 8000 - run.quiet
+    assert run.residuals == run.predicted == 6000 - run.quiet
     assert run.growth < FLAT
     assert run.slowing < 1.3  # processor time a message: latency is also the machine's
 
