@@ -26,6 +26,7 @@ import rclpy
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
+from usage import processor_time
 
 SETTLE = 1.0  # [s] streamed before anything is counted
 KINDS = {
@@ -115,8 +116,8 @@ def measure(kind: str, rate: float, seconds: float) -> dict:
                 raise SystemExit(f'{kind} did not start')
         before = []
         counted = dict(driver.stream(rate, seconds,
-                                     lambda: before.append(cpu_seconds(process.pid))))
-        used = cpu_seconds(process.pid) - before[0]
+                                     lambda: before.append(processor_time(process.pid))))
+        used = processor_time(process.pid) - before[0]
     finally:
         process.terminate()
         process.wait(10)
@@ -128,12 +129,6 @@ def measure(kind: str, rate: float, seconds: float) -> dict:
             'p99 [ms]': float(np.percentile(latencies, 99)) * 1e3,
             'CPU [ms]': 1e3 * used / len(latencies),  # a message that was answered
             'lost': len(counted) - len(latencies)}
-
-
-def cpu_seconds(pid: int) -> float:
-    """Return the processor time that a process has used."""
-    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 def main():

@@ -8,7 +8,6 @@ the stream handler takes the rest of them, as fast as it can. Run: python benchm
 
 import argparse
 import os
-from pathlib import Path
 import time
 from typing import NamedTuple
 
@@ -25,6 +24,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from usage import memory
+from usage import processor_time
 
 RATE = 1000  # [Hz]
 PERIOD = 1_000_000_000 // RATE  # [ns]
@@ -209,15 +210,7 @@ def p99(seconds: np.ndarray) -> np.ndarray:
 
 def resident(pid='self') -> float:
     """Return the memory that a process has in use [MB]."""
-    (line,) = (line for line in Path(f'/proc/{pid}/status').read_text().splitlines()
-               if line.startswith('VmRSS'))
-    return int(line.split()[1]) / 1024
-
-
-def processor_time(pid: int) -> float:
-    """Return the processor time that a process has used [s]."""
-    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+    return memory(pid=pid) / 2 ** 20
 
 
 def main():

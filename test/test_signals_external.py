@@ -3,11 +3,11 @@
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
+import perfect_robot
 import pytest
 
 MS = 1_000_000  # [ns]
 START = 10 ** 18  # [ns]
-LAG = 0.014  # [s]
 RIGHT = joint_names('right')
 PUSH = np.array([6.0, -9.0, 3.0, 4.5, -1.5, 1.2, 0.6])  # [N m]
 LOAD = {'payload.mass': 1.5, 'payload.center_of_mass': (0.02, -0.01, 0.1),
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.filterwarnings('error')
 
 
 def trajectory(t: np.ndarray) -> tuple:
-    """Return q, qd, qdd (n, 7) at times t (n,) in s, s1 within its spring."""
+    """Return q, qd, qdd (n, 7) at times t (n,) in s: gentler than the perfect robot's own."""
     amplitude = np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
     w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
     angle = w * np.asarray(t)[:, None] + np.arange(7)
@@ -29,14 +29,11 @@ def trajectory(t: np.ndarray) -> tuple:
 def measured(settings, seconds=4.0, period=0.01, external=None, velocity=True) -> list:
     """Return stamp, position, velocity, effort of a perfect robot that is pushed from 1 s on."""
     t = np.arange(0.0, seconds, period)
-    q, qd, qdd = trajectory(t)
-    effort = settings.effort_model.effort(
-        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+    q, late, effort = perfect_robot.measured(settings, t, trajectory)
     if external is not None:  # the motors supply the less
         effort[t >= 1.0] -= external
-    late = trajectory(t - LAG)[1] if velocity else [np.empty(0)] * len(t)
     stamps = [START + round(x * 1e9) for x in t]
-    return list(zip(stamps, q, late, effort))
+    return list(zip(stamps, q, late if velocity else [np.empty(0)] * len(t), effort))
 
 
 def play(predictor, messages) -> tuple:

@@ -4,6 +4,8 @@ from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.events import Event
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
+import perfect_robot
+from perfect_robot import trajectory
 import pytest
 
 MS = 1_000_000  # [ns]
@@ -18,24 +20,11 @@ CALIBRATED = {'effort_model.coulomb': [0.5] * 7, 'effort_model.coulomb_velocity'
 pytestmark = pytest.mark.filterwarnings('error')
 
 
-def trajectory(t: np.ndarray) -> tuple:
-    """Return q, qd, qdd (n, 7) at times t (n,) in s: a slow sine a joint, s1 within its spring."""
-    amplitude = np.array([0.5, 0.4, 0.5, 0.5, 0.6, 0.6, 0.6])  # [rad]
-    w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
-    angle = w * np.asarray(t)[:, None] + np.arange(7)
-    center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.5, 0.0])
-    return (center + amplitude * np.sin(angle), amplitude * w * np.cos(angle),
-            -amplitude * w ** 2 * np.sin(angle))
-
-
 def measured(settings: PredictorSettings, n: int = 300, extra: float = 0.0) -> list:
     """Return stamp, position, velocity and effort of n messages of a perfect robot at 100 Hz."""
-    t = np.arange(n) * 0.01
-    q, qd, qdd = trajectory(t)
-    effort = settings.effort_model.effort(
-        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd) + extra
+    q, qd, effort = perfect_robot.measured(settings, np.arange(n) * 0.01)
     stamps = [START + 10 * MS * i for i in range(n)]
-    return list(zip(stamps, q, trajectory(t - 0.014)[1], effort))
+    return list(zip(stamps, q, qd, effort + extra))
 
 
 def play(predictor, messages, names=RIGHT) -> list:

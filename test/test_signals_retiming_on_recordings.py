@@ -1,5 +1,6 @@
 """Recordings of a real arm whose messages come in bursts, re-timed: as good as even stamps."""
 
+from arrivals import bursts
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.retiming import Retiming
 from baxter_dynamics_ros.signals.settings import PredictorSettings
@@ -16,15 +17,6 @@ def recording(recordings, request):
         rows = np.flatnonzero(file['recording'] == request.param)[:3000]
         return float(file['period']), [file[name][rows]
                                        for name in ('position', 'velocity', 'effort')]
-
-
-def bursts(t):
-    """Return arrivals at a receiver that is away for 50 to 110 ms about three times a second."""
-    random = np.random.default_rng(0)
-    lasts = random.uniform(0.05, 0.11, int(4 * t[-1]) + 40)
-    ends = np.cumsum(random.exponential(0.27, len(lasts)) + lasts)
-    i = np.searchsorted(ends, t)
-    return np.where(t > (ends - lasts)[i], ends[i], t)
 
 
 def play(stamps, samples):

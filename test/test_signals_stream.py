@@ -1,5 +1,6 @@
 """The door: what it lets in and as what, on which time line, and that nothing goes uncounted."""
 
+from arrivals import bursts
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.events import DROPPED
 from baxter_dynamics_ros.signals.events import Event
@@ -17,6 +18,7 @@ Q = np.array([0.1, -0.5, 0.2, 1.0, -0.3, 0.4, 0.0])
 QD = np.full(7, 0.3)
 EFFORT = np.array([1.0, 20.0, 2.0, 8.0, 0.1, 0.5, 0.0])
 EMPTY = np.empty(0)
+ARRIVALS = [round(x * 1e9) for x in bursts(0.01 * np.arange(600))]  # [ns]
 LOCKED = 110  # messages at 100 Hz, after which arrivals are re-timed
 
 
@@ -29,16 +31,6 @@ def even(stream, n=LOCKED, since=0):
     """Take n joint states, 10 ms apart, each with data of its own; return the samples."""
     return [take(stream, 10 * MS * i, effort=EFFORT + 0.004 * (i % 7))
             for i in range(since, since + n)]
-
-
-def bursts(n, seed=0):
-    """Return n times of arrival [ns] of messages at 100 Hz, many of which come together."""
-    random = np.random.default_rng(seed)
-    made = 10 * MS * np.arange(n)
-    lasts = random.integers(50 * MS, 110 * MS, n // 25 + 40)
-    ends = np.cumsum(random.exponential(270 * MS, len(lasts)).astype(int) + lasts)
-    i = np.searchsorted(ends, made)
-    return np.where(made > (ends - lasts)[i], ends[i], made).tolist()
 
 
 @pytest.fixture(params=['header', 'auto'])
@@ -198,7 +190,7 @@ def test_stamps_are_the_clocks(mode):
     stream, clock = Stream('right', mode), Retiming(mode)
     last = None
     begun = []
-    for i, after in enumerate(bursts(600)):
+    for i, after in enumerate(ARRIVALS[:600]):
         wanted = clock.update(START + after, True)
         sample = take(stream, after, q=Q + 1e-4 * (i % 10))
         assert (sample is None) == (wanted is None)
@@ -321,7 +313,7 @@ def test_a_reset_forgets_the_stream_and_keeps_the_counts(stream):
 
 def test_a_reset_forgets_what_stamps_were_recognised_to_be():
     stream = Stream('right', 'auto')
-    for i, after in enumerate(bursts(300)):
+    for i, after in enumerate(ARRIVALS[:300]):
         take(stream, after, q=Q + 1e-4 * (i % 10))
     assert stream.clock.retimed
     stream.reset()

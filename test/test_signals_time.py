@@ -1,141 +1,29 @@
 """Honest time, end to end: whatever clocks do, each prediction is for the instant it bears."""
 
-from typing import NamedTuple
-
+from arrivals import bursts
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
+from perfect_robot import VELOCITY_LAG
+from played import assert_right
+from played import assert_same
+from played import back_steps
+from played import DELAY
+from played import instants
+from played import play
+from played import RIGHT
+from played import robot
+from played import Run
+from played import SETTINGS
+from played import stacked
 import pytest
 
-START = 1_700_000_000_000_000_000  # [ns]
-RIGHT, LEFT = joint_names('right'), joint_names('left')
+LEFT = joint_names('left')
 BOTH = ('head_nod', 'head_pan', *LEFT[::-1], *RIGHT[::-1], 'torso_t0')
-VELOCITY_LAG = 0.014  # [s]
-DELAY = VELOCITY_LAG + np.sqrt(2) / (2 * np.pi * 5.0)  # of predictions, behind the newest [s]
 SETTLING = 21  # messages at 100 Hz without a prediction, once the filter starts anew
 LOCKING = 1.45  # for which predictions are withheld while a line is found, and settling [s]
-SETTINGS = {mode: PredictorSettings({'stamps': mode}) for mode in ('auto', 'header', 'arrival')}
 
 pytestmark = pytest.mark.filterwarnings('error')
-
-
-def trajectory(t):
-    """Return q, qd, qdd (n, 7) at times t (n,) in s: a slow sine a joint, s1 within its spring."""
-    amplitude = np.array([0.5, 0.4, 0.5, 0.5, 0.6, 0.6, 0.6])  # [rad]
-    w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
-    angle = w * np.asarray(t)[:, None] + np.arange(7)
-    center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.5, 0.0])
-    return (center + amplitude * np.sin(angle), amplitude * w * np.cos(angle),
-            -amplitude * w ** 2 * np.sin(angle))
-
-
-def robot(t, stamps):
-    """Return the messages of a perfect robot at times t [s] with these stamps [s after START]."""
-    q, qd, qdd = trajectory(t)
-    model = SETTINGS['auto']
-    effort = model.effort_model.effort(model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
-    stamps = [START + round(stamp * 1e9) for stamp in stamps]
-    return [(stamp, RIGHT, *row)
-            for stamp, *row in zip(stamps, q, trajectory(t - VELOCITY_LAG)[1], effort)]
-
-
-def bursts(t):
-    """Return arrivals at a receiver that is away for 50 to 110 ms about three times a second."""
-    random = np.random.default_rng(0)
-    lasts = random.uniform(0.05, 0.11, int(4 * (t[-1] - t[0])) + 40)
-    ends = t[0] + np.cumsum(random.exponential(0.27, len(lasts)) + lasts)
-    i = np.searchsorted(ends, t)
-    return np.where(t > (ends - lasts)[i], ends[i], t)
-
-
-class Run(NamedTuple):
-    """What a stream handler made of messages: each by the number of the message it came with."""
-
-    predictor: object
-    predictions: dict
-    external: dict
-
-    def since(self, first: int) -> 'Run':
-        """Return what came with messages from ``first`` on, which counts as number zero."""
-        return Run(self.predictor, *({i - first: made for i, made in of.items() if i >= first}
-                                     for of in self[1:]))
-
-    def withheld(self, after: int) -> int:
-        """Return how many messages from number ``after`` on gave no prediction at first."""
-        return min(i for i in self.predictions if i >= after) - after
-
-    def counts(self) -> dict:
-        """Return what was counted, but for what is normal."""
-        return {event: n for event, n in self.predictor.counts.items() if isinstance(event, Event)}
-
-
-def play(messages, mode) -> Run:
-    """Play messages to a new stream handler."""
-    run = Run(SETTINGS[mode].predictor(external=True), {}, {})
-    for i, message in enumerate(messages):
-        prediction = run.predictor.handle(*message)
-        assert run.predictor.delay == pytest.approx(DELAY, abs=1e-6)
-        if prediction is not None:
-            run.predictions[i] = prediction
-        if run.predictor.external.latest is not None:
-            run.external[i] = run.predictor.external.latest
-    return run
-
-
-def stacked(made: dict, *names) -> list:
-    """Return fields of what was made, one row each."""
-    return [np.array([getattr(each, name) for each in made.values()]) for name in names]
-
-
-def assert_same(run: Run, wanted: Run):
-    """Assert that two runs published the same, to the last bit."""
-    assert wanted.predictions.keys() == run.predictions.keys() and wanted.predictions
-    assert wanted.external.keys() == run.external.keys()
-    names = 'stamp_ns', 'q', 'qd', 'qdd', 'effort', 'residual'
-    for found, array in zip(stacked(run.predictions, *names), stacked(wanted.predictions, *names)):
-        np.testing.assert_array_equal(found, array)
-    names = 'stamp_ns', 'q', 'effort'
-    for found, array in zip(stacked(run.external, *names), stacked(wanted.external, *names)):
-        np.testing.assert_array_equal(found, array)
-
-
-def back_steps(of: dict) -> dict:
-    """Return where stamps do not increase: message's number to by how much they run back [s]."""
-    numbers = list(of)
-    steps = np.diff([of[i].stamp_ns for i in numbers])
-    return {numbers[k + 1]: -steps[k] * 1e-9 for k in np.flatnonzero(steps <= 0)}
-
-
-def instants(made: dict) -> np.ndarray:
-    """Return what the stamps say [s after START]."""
-    return np.array([each.stamp_ns - START for each in made.values()]) * 1e-9
-
-
-def lags(made: dict, ahead: float) -> np.ndarray:
-    """Return how far stamps, less ``ahead``, are behind the instants of the positions [s]."""
-    truth, qd, _ = trajectory(instants(made) - ahead)
-    q, = stacked(made, 'q')
-    return ((truth - q) * qd).sum(1) / (qd * qd).sum(1)
-
-
-def assert_right(run: Run, ahead: float = 0.0, late: float = 0.0):
-    """
-    Assert that all is what it truly was when the stamps, less ``ahead`` [s], say.
-
-    Where stamps are re-timed, they are later, in the mean no more than messages are ``late`` [s].
-    """
-    margin = 0.016 if late else 1e-4  # [s]; as long after a lock as the line needs
-    for made in run[1:]:
-        lag = lags(made, ahead)
-        print(f'lag {lag.mean() * 1e3:.2f} ms in the mean, {lag.min() * 1e3:.2f} ... '
-              f'{lag.max() * 1e3:.2f} ms, of {late * 1e3:.1f} ms')
-        assert -margin / 4 < lag.mean() < late + margin / 4
-        assert -margin < lag.min() and lag.max() < late + margin
-    truth = trajectory(instants(run.predictions) - ahead - lags(run.predictions, ahead))
-    found = stacked(run.predictions, 'q', 'qd', 'qdd', 'residual')
-    for x, wanted, error in zip(found, (*truth, 0.0), (5e-4, 0.05, 0.5, 0.3)):
-        assert np.abs(x - wanted).max() < error * (1.0 if late else 0.15)
 
 
 T = np.arange(550) * 0.01  # [s]

@@ -53,8 +53,8 @@ class ExternalEffort:
     """
 
     def __init__(self, model: ArmModel, gain: float, **contact):
-        self._gain, self._observer = gain, MomentumObserver(gain)
-        self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
+        self._gain = None
+        self.tune(gain, **contact)
         self.latest = None
         self._model = model
         self._history = DelayLine()

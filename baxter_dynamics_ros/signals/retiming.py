@@ -150,8 +150,8 @@ class Retiming:
         stamp_ns : int
             The header's [ns].
         fresh : bool
-            False where the data are those of the last message: then an equal stamp tells nothing,
-            and the last stamp is returned again.
+            False where the data are those of the last message, or another publisher's: then how
+            soon it came tells nothing, and at an equal stamp the last one is returned again.
 
         Returns
         -------

@@ -75,16 +75,7 @@ class Stream:
 
     def take(self, stamp_ns: int, names, position, velocity, effort) -> 'Sample | None':
         """
-        Take a joint state.
-
-        Parameters
-        ----------
-        stamp_ns : int
-            Its stamp [ns].
-        names : sequence of str
-            Its joints, in any order, other joints among them.
-        position, velocity, effort : ndarray
-            As long as names, in rad, rad/s, N m; velocity and effort may be empty.
+        Take a joint state, given as to :meth:`.predictor.Predictor.handle`.
 
         Returns
         -------

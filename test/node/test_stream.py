@@ -1,21 +1,16 @@
 """The node on a stream: what it publishes is what the stream handler computes, and is right."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
+from perfect_robot import measured
 import pytest
-
-LAG = 0.014  # of the velocity [s]
 
 
 def synthetic(sine, seconds=2.0, period=0.01):
     """Return rows (q, qd, effort) of a robot whose velocity lags and whose effort is exact."""
     t = np.arange(0.0, seconds, period)
-    q, qd, qdd = sine(t)
-    tau = BaxterArm().inverse_dynamics(q, qd, qdd)
-    return t, list(zip(q, sine(t - LAG)[1], EffortModel().effort(tau, q, qd, qdd)))
+    return t, list(zip(*measured(PredictorSettings(), t, sine)))
 
 
 @pytest.mark.parametrize('check_fields', ['', '1'], ids=['plain', 'ROS_PYTHON_CHECK_FIELDS'])

@@ -2,11 +2,11 @@
 
 import time
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
+from arrivals import bursts
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.signals.settings import PredictorSettings
 import numpy as np
+from perfect_robot import measured
 import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -25,18 +25,7 @@ def external(robot):
 
 def rows_of(sine, t):
     """Return rows (q, qd, effort) of a robot whose velocity lags and whose effort is exact."""
-    q, qd, qdd = sine(t)
-    effort = EffortModel().effort(BaxterArm().inverse_dynamics(q, qd, qdd), q, qd, qdd)
-    return list(zip(q, sine(t - 0.014)[1], effort))
-
-
-def bursts(t):
-    """Return arrivals at a receiver that is away for 50 to 110 ms about three times a second."""
-    random = np.random.default_rng(0)
-    lasts = random.uniform(0.05, 0.11, int(4 * t[-1]) + 40)
-    ends = np.cumsum(random.exponential(0.27, len(lasts)) + lasts)
-    i = np.searchsorted(ends, t)
-    return np.where(t > (ends - lasts)[i], ends[i], t)
+    return list(zip(*measured(PredictorSettings(), t, sine)))
 
 
 def nanoseconds(t) -> list:

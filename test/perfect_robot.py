@@ -1,0 +1,23 @@
+"""A robot whose every effort is modelled, and whose velocity lags as the real one's: for tests."""
+
+import numpy as np
+
+VELOCITY_LAG = 0.014  # [s]
+
+
+def trajectory(t) -> tuple:
+    """Return q, qd, qdd (n, 7) at times t (n,) in s: a slow sine a joint, s1 within its spring."""
+    amplitude = np.array([0.5, 0.4, 0.5, 0.5, 0.6, 0.6, 0.6])  # [rad]
+    w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
+    angle = w * np.asarray(t)[:, None] + np.arange(7)
+    center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.5, 0.0])
+    return (center + amplitude * np.sin(angle), amplitude * w * np.cos(angle),
+            -amplitude * w ** 2 * np.sin(angle))
+
+
+def measured(settings, t, motion=trajectory) -> tuple:
+    """Return the position, velocity and effort (n, 7) that it measures at times t (n,)."""
+    q, qd, qdd = motion(t)
+    effort = settings.effort_model.effort(
+        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+    return q, motion(t - VELOCITY_LAG)[1], effort

@@ -1,0 +1,137 @@
+"""How good re-timed stamps are: the acceleration made with them, their lag, and their lock."""
+
+from functools import lru_cache
+
+from arrivals import increases
+from arrivals import JITTER
+from arrivals import made
+from arrivals import PATTERNS
+from arrivals import run
+from baxter_dynamics_ros.signals.motion import MotionEstimator
+from baxter_dynamics_ros.signals.retiming import Retiming
+from baxter_dynamics_ros.simulation.sensors import Sensors
+import numpy as np
+import pytest
+
+RATES = [38.0, 50.0, 100.0, 400.0, 1000.0]
+
+_DRAW = np.random.default_rng(1)
+_AMPLITUDE = _DRAW.uniform(0.05, 0.2, (3, 7))  # [rad]
+_PHASE = _DRAW.uniform(0.0, 2 * np.pi, (3, 7))  # [rad]
+_FREQUENCY = 2 * np.pi * np.array([[0.2], [0.5], [0.9]])  # [rad/s]
+
+
+def motion(t, k):
+    """Return the k-th derivative (n, 7) of a motion at times t (n,)."""
+    angle = _FREQUENCY * t[:, None, None] + _PHASE
+    return (_AMPLITUDE * _FREQUENCY ** k * np.sin(angle + k * np.pi / 2)).sum(-2)
+
+
+@lru_cache
+def sensed(rate):
+    """Return 12 s of times [s], and the positions and velocities (n, 7) that are measured then."""
+    sensors, none = Sensors(0.001), np.zeros(7)
+    every = round(1000 / rate)
+    q = motion(np.arange(12000) * 0.001, 0)
+    samples = []
+    for i, row in enumerate(q):
+        sensors.read(row, none)
+        if i % every == 0:
+            samples.append(sensors.publish()[:2])
+    return np.arange(len(samples)) / rate, *map(np.array, zip(*samples))
+
+
+def acceleration_error(rate, stamps, since):
+    """Return the RMS error [rad/s^2] of the accelerations with these stamps [s], NaN for none."""
+    t, q, qd = sensed(rate)
+    given = np.flatnonzero(np.isfinite(stamps))
+    estimator = MotionEstimator(5.0, 0.014, align=True)
+    errors = []
+    truth = motion(t - estimator.delay, 2)
+    for i, dt in zip(given, np.diff(stamps[given], prepend=stamps[given[0]])):
+        estimate = estimator.update(dt, q[i], qd[i], None)
+        if t[i] > since and estimate is not None:
+            errors.append(estimate.qdd - truth[i])
+    return np.sqrt(np.mean(np.square(errors)))
+
+
+@pytest.mark.parametrize('rate', [50.0, 100.0, 500.0])
+@pytest.mark.parametrize('pattern', PATTERNS)
+def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
+    robots = made(rate, 12.0)
+    arrivals = pattern(robots, seed=3)
+    out, _ = run(Retiming('arrival'), arrivals)
+    with_robots, with_arrivals, with_retimed = (
+        acceleration_error(rate, stamps, since=4.0) for stamps in (robots, arrivals, out))
+    print(f'{rate:.0f} Hz, {pattern.__name__}: {with_robots:.4f} rad/s^2, arrivals '
+          f'{with_arrivals / with_robots:.1f} times that, re-timed '
+          f'{with_retimed / with_robots:.3f} times')
+    assert with_arrivals > 3 * with_robots
+    assert with_retimed < 1.05 * with_robots
+
+
+@pytest.mark.parametrize('pattern', PATTERNS)
+def test_acceleration_soon_after_the_lock(pattern):
+    robots = made(100.0, 12.0)
+    ratios = []
+    for seed in range(5):
+        out, _ = run(Retiming('arrival'), pattern(robots, seed))
+        out[400:] = np.nan
+        ratios.append(acceleration_error(100.0, out, since=0.0)
+                      / acceleration_error(100.0, robots[:400], since=1.2))
+    print(f'{pattern.__name__}, the first 3 s: {np.mean(ratios):.2f}, at most {max(ratios):.2f}')
+    assert max(ratios) < 1.5
+
+
+@pytest.mark.parametrize('rate', RATES)
+@pytest.mark.parametrize('pattern', PATTERNS)
+def test_lag_and_evenness(pattern, rate):
+    t = made(rate, 20.0)
+    arrivals = pattern(t, seed=4)
+    retiming = Retiming('arrival')
+    out, restarted = run(retiming, arrivals)
+    settled = t > 5.0
+    lag, delay = (out - t)[settled], (arrivals - t)[settled]
+    print(f'{rate:.0f} Hz, {pattern.__name__}: delay {delay.mean() * 1e3:.1f} ms, lag '
+          f'{lag.mean() * 1e3:.1f} ms, sd {lag.std() * 1e3:.2f} ms, jitter '
+          f'{retiming.jitter * 1e3:.1f} ms, period {(retiming.period * rate - 1) * 1e2:+.3f} %')
+    assert 0.0 < lag.mean() < delay.mean() + 5e-4
+    assert lag.std() < 0.003
+    assert retiming.period == pytest.approx(1 / rate, rel=0.01)
+    assert 0.3 * delay.std() < retiming.jitter < 2 * delay.std()  # of the last seconds
+    assert np.diff(out[settled]).min() > 0.85 / rate
+    assert increases(out, restarted) and retiming.resyncs == 0
+
+
+def test_even_stamps_stay_what_they_are():
+    t = made(100.0, 20.0)
+    out, _ = run(Retiming('arrival'), t)
+    assert np.nanmax(np.abs(out - t)) < 5 * JITTER
+
+
+@pytest.mark.parametrize('rate', RATES)
+@pytest.mark.parametrize('pattern', PATTERNS)
+def test_locked_after_a_second(pattern, rate):
+    errors = []
+    for seed in range(10):
+        t = made(rate, 1.2, seed)
+        retiming = Retiming('arrival')
+        first = np.flatnonzero(np.isfinite(run(retiming, pattern(t, seed))[0]))[0]
+        assert 0.9 < t[first] < 1.12
+        errors.append(retiming.period * rate - 1)
+    print(f'period wrong by {np.sqrt(np.mean(np.square(errors))):.2%} RMS')
+    assert np.abs(errors).max() < 0.06
+
+
+def test_a_slow_stream_takes_longer():
+    out, _ = run(Retiming('arrival'), made(8.0, 5.0))
+    assert np.flatnonzero(np.isfinite(out))[0] == 19
+
+
+def test_begins_with_the_last_of_those_that_waited():
+    arrivals = made(100.0, 3.0)
+    arrivals[:21] = arrivals[20]  # 0.2 s
+    retiming = Retiming('arrival')
+    out, _ = run(retiming, arrivals)
+    assert retiming.period == pytest.approx(0.01, rel=1e-3)
+    assert np.nanmax(np.abs(out - arrivals)) < 5 * JITTER
