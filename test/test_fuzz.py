@@ -110,7 +110,8 @@ class Life(stateful.RuleBasedStateMachine):
                                  'arm': arm})
         self.handlers = {side: settings.predictor(external=True)
                          for side, settings in self.given.settings.items()}
-        self.sent, self.predicted, self.external = 0, Counter(), Counter()  # the last two by side
+        self.sent = self.contact = self.retimed = 0
+        self.predicted, self.external = Counter(), Counter()  # by side
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
         self.age = float('inf')  # of the newest state and prediction [s]
 
@@ -125,6 +126,7 @@ class Life(stateful.RuleBasedStateMachine):
                 prediction = handler.handle(self.stamp, names, *fields)
                 external = handler.external.latest
                 wrench = handler.external.wrench(external) if external is not None else None
+            self.retimed += handler.stream.clock.period is not None
             if handler.latest is not None:
                 self.age = 0.0
             self.predicted[side] += prediction is not None
@@ -136,6 +138,7 @@ class Life(stateful.RuleBasedStateMachine):
             if external is not None:
                 assert_sound(external.q, external.qd, external.effort)
                 assert type(external.contact) is bool
+                self.contact += external.contact
                 assert external.stamp_ns <= handler.latest.stamp_ns
             if wrench is not None:
                 assert_sound(wrench.force, wrench.torque, shape=(3,))
@@ -164,11 +167,14 @@ class Life(stateful.RuleBasedStateMachine):
             self.send(names, q, qd if velocity else EMPTY,
                       EMPTY if effort is None else effort * measured, step=way)
 
-    @stateful.rule(n=st.integers(1, 200), at_once=st.integers(1, 6), apart=st.integers(0, 499_999))
-    def messages_come_in_bunches(self, n, at_once, apart):
-        for i in range(n):
-            self.send(JOINT_STATE_NAMES, *self.motion(JOINT_STATE_NAMES),
-                      step=apart if i % at_once else 10 * at_once * MS)
+    @stateful.rule(n=st.integers(1, 120), at_once=st.integers(1, 6), apart=st.integers(0, 499_999),
+                   jump=st.sampled_from([-2000 * MS, 0, 3000 * MS]))
+    def messages_come_in_bunches(self, n, at_once, apart, jump):
+        for first in (10 * at_once * MS, jump):
+            for i in range(n):
+                step = apart if i % at_once else 10 * at_once * MS
+                self.send(JOINT_STATE_NAMES, *self.motion(JOINT_STATE_NAMES),
+                          step=step if i else first)
 
     @stateful.rule(step=st.sampled_from([0, 1, 10 * MS]))
     def same_comes_again(self, step):
@@ -273,8 +279,8 @@ class Life(stateful.RuleBasedStateMachine):
 
     def teardown(self):
         for handler in self.handlers.values():
-            REACHED.update(handler.counts, contact=handler.external.detector.in_contact,
-                           retimed=handler.stream.clock.period is not None)
+            REACHED.update(handler.counts)
+        REACHED.update(contact=self.contact, retimed=self.retimed)
 
     @stateful.invariant()
     def counts_add_up_and_diagnostics_can_be_told(self):
