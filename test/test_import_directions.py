@@ -1,4 +1,4 @@
-"""Imports point one way: core <- signals <- (ros | offline | simulation) <- cli; core is NumPy."""
+"""Imports point one way: as the table of rooms in docs/architecture.md says; core is NumPy."""
 
 import ast
 import os
@@ -8,45 +8,24 @@ import sys
 
 import baxter_dynamics_ros
 import pytest
+from rooms import rooms
 
 PACKAGE = Path(baxter_dynamics_ros.__file__).resolve().parent
 NAME = PACKAGE.name
 
-# Part of the package -> the parts it may import. The root's __init__ hands out the core.
-MAY_IMPORT = {
-    '__init__': {'core'},
-    'core': {'core'},
-    'signals': {'core', 'signals'},
-    'newton_euler': {'core'},
-    'compiled': {'core'},
-    'closed_form': {'core', 'closed_form'},
-    'export': {'core', 'closed_form', 'export'},
-    'simulation': {'core', 'simulation'},
-    'offline': {'core', 'signals', 'newton_euler', 'offline'},
-    'calibration': {'core', 'signals', 'offline', 'calibration'},
-    'report': {'core', 'offline', 'calibration', 'report'},
-    'ros': {'core', 'signals', 'simulation', 'newton_euler', 'ros'},
-    'cli': {'core', 'signals', 'simulation', 'newton_euler', 'offline', 'calibration', 'report',
-            'closed_form', 'export', 'ros', 'cli'},
-}
+# The rule is the table in docs/architecture.md. The root's __init__ hands out the core.
+MAY_IMPORT = {'__init__': {'core'}, **{
+    name: {name, *room.imports} for name, room in rooms().items()}}
 # ... and inside a function only, so that the import waits until someone asks for it.
-MAY_IMPORT_LATE = {'signals': {'newton_euler'}, 'core': {'compiled'}}
+MAY_IMPORT_LATE = {name: set(room.late) for name, room in rooms().items()}
 
 # Parts that import nothing but themselves, NumPy and the standard library.
 NUMPY_ALONE = {'__init__', 'core', 'signals'}
 # What is confined -> the parts it is confined to.
 CONFINED = {
-    'pinocchio': {'newton_euler'},
-    'mujoco': {'simulation'},
-    'casadi': {'closed_form'},
-    'numba': {'compiled'},
+    **{library: {name} for name, room in rooms().items() for library in room.libraries},
     'rclpy': {'ros', 'cli'},
-    'rosbags': {'offline'},
-    'scipy': {'calibration'},
-    'yaml': {'offline'},
     'matplotlib': {'report', 'cli'},
-    'jinja2': {'report'},
-    'rich': {'cli'},
 }
 
 FILES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob('*.py'))
@@ -56,10 +35,30 @@ def test_the_files_are_found():
     assert Path('core', 'arm.py') in FILES
 
 
+def test_the_documented_rooms_are_those_there_are():
+    assert MAY_IMPORT.keys() == {_part(file) for file in FILES}
+    assert list(rooms())[0] == 'core' and 'pinocchio' in CONFINED
+
+
+def test_a_room_may_import_what_is_documented_and_does():
+    done = {part: {(module[1], late) for file in FILES if _part(file) == part
+                   for module, late in _imports(file)
+                   if module[0] == NAME and module[1:2] not in ((), (part,))}
+            for part in rooms()}
+    for name, room in rooms().items():
+        assert {part for part, late in done[name] if not late} >= set(room.imports), name
+        assert {part for part, late in done[name] if late} >= set(room.late), name
+
+
+def test_what_imports_numpy_alone_is_documented_so():
+    for name in NUMPY_ALONE - {'__init__'}:
+        assert rooms()[name].libraries == ()
+
+
 @pytest.mark.parametrize('file', FILES, ids=str)
 def test_imports_within_the_package(file):
     part = _part(file)
-    assert part in MAY_IMPORT, f'{file}: say in MAY_IMPORT what it may import'
+    assert part in MAY_IMPORT, f'{file}: say in docs/architecture.md what it may import'
     for module, late in _imports(file):
         if module[0] != NAME:
             continue
