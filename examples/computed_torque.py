@@ -1,8 +1,9 @@
 """
-Computed torque against PD with gravity compensation, on the fake Baxter's mechanics.
+Write a controller with M, C and G: computed torque, against PD with gravity compensation.
 
-The hand is switched quickly to and fro, trajectory 3(b) of the paper. Both controllers have the
-same gains; the plant is MuJoCo on the manufacturer's numbers and shares nothing with the model.
+Both are a function from state and reference to torques, below. The hand is switched quickly to and
+fro, trajectory 3(b) of the paper, with the same gains for both, on the fake Baxter's mechanics:
+MuJoCo on the manufacturer's numbers, which shares nothing with the model.
 
 Run: python examples/computed_torque.py
 """

@@ -16,6 +16,10 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((REPOSITORY / 'examples').glob('*.py'))
+# Beside a robot; test/node/test_examples.py runs them.
+ROS = ('contact_warning', 'gravity_compensation', 'payload_from_three_poses', 'push')
+NUMERICAL = [path for path in EXAMPLES if path.stem not in ROS]
+ROS_IMPORTS = {'rclpy', 'sensor_msgs', 'std_msgs', 'baxter_dynamics_interfaces'}
 DOCUMENT = REPOSITORY / 'docs' / 'examples.md'
 TIME_LIMIT = 60.0  # [s]; each takes one to five on an idle machine
 NUMBER = re.compile(r'(?<![\w.^/])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?')
@@ -58,8 +62,9 @@ def table(text, heads):
 
 
 def test_each_kind_of_use_has_its_example():
-    assert [path.stem for path in EXAMPLES] == [
+    assert [path.stem for path in NUMERICAL] == [
         'base_parameters', 'computed_torque', 'linearise', 'manipulability', 'passivity']
+    assert sorted(path.stem for path in EXAMPLES if path not in NUMERICAL) == sorted(ROS)
 
 
 @pytest.mark.parametrize('path', EXAMPLES, ids=lambda path: path.stem)
@@ -70,17 +75,27 @@ def test_an_example_is_short_and_stands_on_what_is_public(path):
     assert f'Run: python examples/{path.name}' in ast.get_docstring(tree)
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute):
-            assert not node.attr.startswith('_'), node.attr
+            assert node.attr == '__init__' or not node.attr.startswith('_'), node.attr
         elif isinstance(node, (ast.Import, ast.ImportFrom)):
             names = [node.module] if isinstance(node, ast.ImportFrom) else [
                 alias.name for alias in node.names]
             for name in names:
                 top, *rest = name.split('.')
-                assert top in sys.stdlib_module_names | {'numpy', 'baxter_dynamics_ros'}
-                assert rest[:1] in ([], ['core'], ['simulation'])
+                assert top in sys.stdlib_module_names | {'numpy', 'baxter_dynamics_ros'} | (
+                    set() if path in NUMERICAL else ROS_IMPORTS)
+                assert top != 'baxter_dynamics_ros' or rest[:1] in ([], ['core'], ['simulation'])
 
 
-@pytest.mark.parametrize('path', EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize('name', ROS)
+def test_an_example_beside_a_robot_is_documented_as_one_block_of_commands(name):
+    blocks = re.findall(r'```bash\n(.*?)```', DOCUMENT.read_text(encoding='utf-8'), re.DOTALL)
+    (block,) = (block for block in blocks if f'python examples/{name}.py' in block)
+    *nodes, last = block.splitlines()
+    assert [line.split()[0] for line in nodes[:2]] == ['fake_baxter', 'torque_predictor']
+    assert all(line.endswith(' &') for line in nodes) and not last.endswith('&')
+
+
+@pytest.mark.parametrize('path', NUMERICAL, ids=lambda path: path.stem)
 def test_what_an_example_prints_is_what_is_documented(path, output):
     text = DOCUMENT.read_text(encoding='utf-8')
     command, shown = f'python examples/{path.name}', None

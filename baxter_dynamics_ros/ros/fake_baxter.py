@@ -1,6 +1,9 @@
 """The node that plays a Baxter: publishes joint states as the real robot does."""
 
+from collections.abc import Iterable
+from collections.abc import Sequence
 import sys
+from typing import Any
 
 import numpy as np
 from rcl_interfaces.msg import FloatingPointRange
@@ -8,20 +11,26 @@ from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 from . import topics
+from .messages import from_field
 from .messages import joint_state
 from .parameters import refuse_misspelt
 from .process import run
+from ..core.arrays import Array
 from ..core.exceptions import ArgumentError
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import N_JOINTS
 from ..core.joints import SIDES
 from ..core.parameters import Payload
 from ..core.validation import finite
+from ..signals.events import Event
+from ..signals.intake import Intake
 from ..signals.settings import SETTINGS
 
+_LOG_PERIOD = 1.0  # [s] between two lines about refused commands
 _MAX_BEHIND = 0.5  # [s]; further behind, the robot skips time instead of catching up
 # What may push the moving arm while it runs: length, greatest size, unit, and what it is.
 _PUSHES = {'force': (3, 200.0, 'N', "Force on the moving hand, axes of the robot's base"),
@@ -30,9 +39,9 @@ _PHYSICS = ('payload.mass', 'payload.center_of_mass', 'gravity')  # named as the
 
 
 class FakeBaxterNode(Node):
-    """Play a Baxter: publish joint states as the real robot does, in real time."""
+    """Play a Baxter: publish joint states as the real robot does, and obey torque commands."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__('fake_baxter')
         try:
             from ..simulation import robot
@@ -42,8 +51,8 @@ class FakeBaxterNode(Node):
                 f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
         self._fixed('arm', 'right', 'The arm that moves: right or left.', SIDES)
         self._fixed('trajectory', 'circle', "circle, switch, lift: the paper's 3(a) to (c). "
-                    'exciting: 60 s for a calibration. hold: stay where the circle begins.',
-                    robot.TRAJECTORIES)
+                    'exciting: 60 s for a calibration. hold: stay where the circle begins. '
+                    'poses: rest in three postures by turns.', robot.TRAJECTORIES)
         self._fixed('spring', True, 'Whether the robot has springs at s1.')
         self._fixed('friction', True, 'Whether the joints have friction.')
         self._fixed('noise', True, 'Whether the sensors have noise and quanta.')
@@ -74,6 +83,12 @@ class FakeBaxterNode(Node):
         self.add_on_set_parameters_callback(_verdict)
         self.add_post_set_parameters_callback(self._on_parameters_set)
 
+        self._intake = Intake(value['arm'])
+        self._refused = 0  # torque commands
+        self._was_commanded = False
+        self.create_subscription(
+            JointState, topics.below_node(topics.JOINT_TORQUE_COMMAND), self._on_command,
+            topics.SUBSCRIPTION_QOS)
         self._publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
         self._states = JointStates(self._baxter, rate, value['seed'],
@@ -83,7 +98,7 @@ class FakeBaxterNode(Node):
             f'a Baxter\'s {value["arm"]} arm runs the trajectory {value["trajectory"]}, '
             f'{rate:g} joint states a second on {self._publisher.topic_name}')
 
-    def _on_timer(self):
+    def _on_timer(self) -> None:
         now = self.get_clock().now().nanoseconds
         behind = (now - self._states.due_ns) * 1e-9
         if behind > _MAX_BEHIND:  # the robot's time stands still meanwhile
@@ -93,8 +108,37 @@ class FakeBaxterNode(Node):
         while self._states.due_ns <= now:  # a stamp lies in the past
             stamp, names, *fields = next(self._states)
             self._publisher.publish(joint_state(names, stamp, *fields))
+        self._log_who_is_in_command()
 
-    def _on_parameters_set(self, changes):
+    def _on_command(self, message: JointState) -> None:
+        """Obey a torque command; refuse one that is not wholly good."""
+        try:
+            self._baxter.command(self._torque(message))
+        except ArgumentError as error:
+            self._refused += 1
+            self.get_logger().warning(
+                f'{self._refused} torque commands refused so far, the last one for its {error}',
+                throttle_duration_sec=_LOG_PERIOD)
+
+    def _torque(self, message: JointState) -> Array:
+        """Return a command's effort (7,) [N m], matched to the arm's joints by name."""
+        layout = self._intake.layout(message.name)
+        if isinstance(layout, Event):
+            raise ArgumentError('name', f'expected each of {" ".join(self._intake.names)} once '
+                                f'({layout.value})')
+        if len(message.effort) != len(message.name):
+            raise ArgumentError('effort', f'expected {len(message.name)} values, as many as name, '
+                                f'got {len(message.effort)}')
+        return from_field(message.effort)[layout]
+
+    def _log_who_is_in_command(self) -> None:
+        if self._baxter.is_commanded is not self._was_commanded:
+            self._was_commanded = self._baxter.is_commanded
+            self.get_logger().info(
+                'torque commands: the motors supply them and nothing else' if self._was_commanded
+                else 'no torque command any more: the arm is held where it is')
+
+    def _on_parameters_set(self, changes: list[Parameter]) -> None:
         for parameter in changes:
             if parameter.name in _PUSHES:
                 push = _push(parameter.name, parameter.value)
@@ -102,7 +146,7 @@ class FakeBaxterNode(Node):
                 self.get_logger().info(
                     f'{parameter.name}: {push.tolist()} {_PUSHES[parameter.name][2]}')
 
-    def _physics(self, name):
+    def _physics(self, name: str) -> Any:
         """Declare what the predictor has a setting for too, and return its value."""
         setting = next(setting for setting in SETTINGS if setting.name == name)
         default = setting.default
@@ -112,7 +156,8 @@ class FakeBaxterNode(Node):
                                 read_only=True)).value
         return setting.check(list(value) if isinstance(default, tuple) else value)
 
-    def _fixed(self, name, default, description, choices=()):
+    def _fixed(self, name: str, default: Any, description: str,
+               choices: Sequence[str] = ()) -> None:
         """Declare a parameter that is fixed when the node starts."""
         value = self.declare_parameter(
             name, default, ParameterDescriptor(description=description, read_only=True)).value
@@ -120,7 +165,7 @@ class FakeBaxterNode(Node):
             raise ArgumentError(name, f'expected one of {", ".join(choices)}, got {value!r}')
 
 
-def _push(name: str, value) -> np.ndarray:
+def _push(name: str, value: Iterable[float]) -> Array:
     length, most, unit, _ = _PUSHES[name]
     push = finite(name, list(value), (length,))
     if np.abs(push).max() > most:
@@ -128,7 +173,7 @@ def _push(name: str, value) -> np.ndarray:
     return push
 
 
-def _verdict(changes) -> SetParametersResult:
+def _verdict(changes: list[Parameter]) -> SetParametersResult:
     for parameter in changes:
         if parameter.name in _PUSHES:
             try:
@@ -138,7 +183,7 @@ def _verdict(changes) -> SetParametersResult:
     return SetParametersResult(successful=True)
 
 
-def main(args=None):
+def main(args: list[str] | None = None) -> int:
     """Run the fake Baxter until it is interrupted or terminated."""
     return run(FakeBaxterNode, 'fake_baxter', args)
 

@@ -16,6 +16,9 @@ CONTACT = 'contact'
 GRAVITY_TORQUES = 'gravity_torques'
 INVERSE_DYNAMICS = 'inverse_dynamics'
 
+# Below the fake Baxter, so that what commands it commands no robot.
+JOINT_TORQUE_COMMAND = 'joint_torque_command'
+
 # Sensor data: best effort, so that any publisher matches. Its queue is longer than the usual 5,
 # since a filter wants every sample: 5 are 5 ms at 1000 Hz, 1000 bridge a pause of a second.
 # Parameters qos_overrides.* change it.

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..core.arrays import Array
+
 # Gains, joint order s0 ... w2. The paper states none; these settle each joint within 0.3 s.
 KP_OUTER = 15.0  # [1/s]
 KD_OUTER = 0.3
@@ -21,10 +23,11 @@ class DoubleLoop:
 
     """
 
-    def __init__(self, standing=np.zeros(len(KP_INNER))):
+    def __init__(self, standing: Array = np.zeros(len(KP_INNER))) -> None:
         self._integral = standing / KI_INNER
 
-    def torque(self, q_r, qd_r, q, qd, holding, dt: float) -> np.ndarray:
+    def torque(self, q_r: Array, qd_r: Array, q: Array, qd: Array,
+               holding: Array, dt: float) -> Array:
         """
         Return motor torques (7,) [N m].
 
@@ -40,8 +43,28 @@ class DoubleLoop:
             Time since the last call [s].
 
         """
-        wanted = KP_OUTER * (q_r - q) + KD_OUTER * (qd_r - qd)  # (13)
-        # (14); the text prints q_r for the velocity qd in the error of the inner loop.
-        error = wanted - qd
-        self._integral += error * dt
+        error = _velocity_error(q_r, qd_r, q, qd)
+        self._integral = self._integral + error * dt
         return holding + KP_INNER * error + KI_INNER * self._integral
+
+    def start_at(self, motor: Array, q_r: Array, qd_r: Array, q: Array,
+                 qd: Array, holding: Array, dt: float) -> None:
+        """
+        Set the integral so that :meth:`torque` returns ``motor`` (7,) [N m] next: no jump.
+
+        Parameters
+        ----------
+        motor : ndarray (7,)
+            What the motors supply now, by other means [N m].
+        q_r, qd_r, q, qd, holding, dt
+            What :meth:`torque` will be called with.
+
+        """
+        error = _velocity_error(q_r, qd_r, q, qd)
+        self._integral = (motor - holding - KP_INNER * error) / KI_INNER - error * dt
+
+
+def _velocity_error(q_r: Array, qd_r: Array, q: Array, qd: Array) -> Array:
+    """Return the error of the inner loop, (7,) [rad/s]."""
+    wanted = KP_OUTER * (q_r - q) + KD_OUTER * (qd_r - qd)  # (13)
+    return wanted - qd  # of (14), whose text prints q_r for the velocity qd

@@ -33,7 +33,8 @@ def find_description() -> Path:
                            'pip install hpp-baxter, or name the path of a baxter.urdf')
 
 
-def arm_description(side: str, path: Path = None, payload: Payload = None) -> str:
+def arm_description(side: str, path: str | Path | None = None,
+                    payload: Payload | None = None) -> str:
     """
     Return the URDF of one arm: the chain from the base to the hand, bodies only.
 
@@ -61,14 +62,14 @@ def arm_description(side: str, path: Path = None, payload: Payload = None) -> st
         robot = ET.parse(path).getroot()
     except (OSError, ET.ParseError) as error:
         raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
-    joints = {joint.get('name'): joint for joint in robot.findall('joint')}
+    joints = {joint.get('name', ''): joint for joint in robot.findall('joint')}
     missing = [name for name in joint_names(side) if name not in joints]
     if missing:
         raise DescriptionError(f"{path}: no joint {missing[0]}; is it a Baxter's URDF?")
     keep = _links_of_arm(joints, joint_names(side))
     for element in list(robot):
         if element.tag == 'joint':
-            unwanted = element.find('child').get('link') not in keep
+            unwanted = _link(element, 'child') not in keep
         elif element.tag == 'link':
             unwanted = element.get('name') not in keep
             for shape in element.findall('visual') + element.findall('collision'):
@@ -77,7 +78,7 @@ def arm_description(side: str, path: Path = None, payload: Payload = None) -> st
             unwanted = True
         if unwanted:
             robot.remove(element)
-    hands = [link.get('name') for link in robot.findall('link')
+    hands = [link.get('name', '') for link in robot.findall('link')
              if link.get('name') in hand_names(side)]
     if not hands:
         raise DescriptionError(f'{path}: no link {hand_names(side)[0]}')
@@ -86,12 +87,12 @@ def arm_description(side: str, path: Path = None, payload: Payload = None) -> st
     return ET.tostring(robot, encoding='unicode')
 
 
-def hand_names(side: str) -> tuple:
+def hand_names(side: str) -> tuple[str, str]:
     """Return what descriptions call the link of the hand."""
     return f'{side}_hand', f'{side}_hand_link'
 
 
-def _load(hand: str, payload: Payload) -> list:
+def _load(hand: str, payload: Payload) -> list[ET.Element]:
     """Return the elements that fix a payload to the hand."""
     link = ET.Element('link', name='payload')
     inertial = ET.SubElement(link, 'inertial')
@@ -105,19 +106,27 @@ def _load(hand: str, payload: Payload) -> list:
     return [link, joint]
 
 
-def _links_of_arm(joints: dict, arm: tuple) -> set:
+def _links_of_arm(joints: dict[str, ET.Element], arm: tuple[str, ...]) -> set[str]:
     """Return the links from the root to the wrist, and what is fixed to the arm's links."""
-    parents = {joint.find('child').get('link'): joint for joint in joints.values()}
-    links = {joints[name].find('child').get('link') for name in arm}
-    above = joints[arm[0]].find('parent').get('link')
+    parents = {_link(joint, 'child'): joint for joint in joints.values()}
+    links = {_link(joints[name], 'child') for name in arm}
+    above = _link(joints[arm[0]], 'parent')
     chain = {above}
     while above in parents:
-        above = parents[above].find('parent').get('link')
+        above = _link(parents[above], 'parent')
         chain.add(above)
-    added = True
+    added = set(links)
     while added:
         added = {link for link, joint in parents.items()
                  if link not in links and joint.get('type') == 'fixed'
-                 and joint.find('parent').get('link') in links and 'gripper' not in link}
+                 and _link(joint, 'parent') in links and 'gripper' not in link}
         links |= added
     return links | chain
+
+
+def _link(joint: ET.Element, end: str) -> str:
+    """Return the link at an end of a joint, 'parent' or 'child'."""
+    element = joint.find(end)
+    if element is None or not element.get('link'):
+        raise DescriptionError(f'joint {joint.get("name")} of the description: no {end} link')
+    return element.get('link', '')

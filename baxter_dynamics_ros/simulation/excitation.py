@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .trajectories import MIRROR
+from ..core.arrays import Array
+from ..core.arrays import ArrayLike
 
 DURATION = 60.0  # [s]
 _EASE = 4.0  # [s] in which the swing grows at the start, and dies away at the end
@@ -13,10 +15,10 @@ _EASE = 4.0  # [s] in which the swing grows at the start, and dies away at the e
 class Series(NamedTuple):
     """A Fourier series for each of the seven joints, around a centre."""
 
-    center: np.ndarray  # (7,) [rad]
-    harmonic: np.ndarray  # (7, k) multiples of the frequency 1 / DURATION
-    sine: np.ndarray  # (7, k) amplitudes [rad]
-    cosine: np.ndarray  # (7, k) amplitudes [rad]
+    center: Array  # (7,) [rad]
+    harmonic: Array  # (7, k) multiples of the frequency 1 / DURATION
+    sine: Array  # (7, k) amplitudes [rad]
+    cosine: Array  # (7, k) amplitudes [rad]
 
 
 # The right arm's: what search(seed=2, evaluations=10_000) of :mod:`.excitation_search` returned
@@ -46,7 +48,7 @@ SERIES = Series(
                      [-0.121, 0.419, -0.107, -0.246, -0.082]]))
 
 
-def motion(series: Series, t) -> tuple:
+def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
     """
     Return position, velocity and acceleration, each (..., 7) [rad, rad/s, rad/s^2].
 
@@ -100,13 +102,13 @@ class Excitation:
 
     """
 
-    def __init__(self, side: str):
+    def __init__(self, side: str) -> None:
         self._series = series(side)
         self._t = 0.0
         self.q = self._series.center
-        self.qd = np.zeros(len(self.q))
+        self.qd: Array = np.zeros(len(self.q))
 
-    def advance(self, dt: float):
+    def advance(self, dt: float) -> None:
         """Go on by dt [s]; qd is the mean velocity on the way."""
         self._t += dt
         q = motion(self._series, self._t)[0]

@@ -6,6 +6,7 @@ from .excitation import DURATION
 from .excitation import motion
 from .excitation import Series
 from ..core.arm import BaxterArm
+from ..core.arrays import Array
 from ..core.composite import CompositeDynamics
 from ..core.effort import COULOMB_VELOCITY
 from ..core.effort import DAHL_LENGTH
@@ -39,12 +40,12 @@ _MARGIN = 0.02  # [m] that the search keeps beyond the clearances
 _ARM = BaxterArm(mount=mount('right'), engine='python')
 
 
-def samples() -> np.ndarray:
+def samples() -> Array:
     """Return the times at which a trajectory is looked at, (n,) [s]."""
-    return np.arange(0.0, DURATION + _PERIOD / 2, _PERIOD)
+    return np.arange(0.0, DURATION + _PERIOD / 2, _PERIOD, dtype=float)
 
 
-def clearance(q: np.ndarray) -> np.ndarray:
+def clearance(q: Array) -> Array:
     """
     Return by how much the right arm keeps to the limits of place, (n,) [m]; negative: it does not.
 
@@ -73,7 +74,7 @@ def clearance(q: np.ndarray) -> np.ndarray:
         (from_shoulder - SHOULDER_DISTANCE).min(axis=1)], axis=0)
 
 
-def design(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, presliding: np.ndarray) -> dict:
+def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Array]:
     """
     Return what each parameter of a calibration adds to the effort, where the parameter is 1.
 
@@ -111,13 +112,13 @@ def design(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, presliding: np.ndarra
     return columns
 
 
-def presliding(q: np.ndarray) -> np.ndarray:
+def presliding(q: Array) -> Array:
     """Return Dahl's state along positions q (n, 7) [rad], which lie close to each other."""
     state = Presliding(DAHL_LENGTH)
     return np.array([state.update(row) for row in q])
 
 
-def judge(columns: dict) -> tuple:
+def judge(columns: dict[str, Array]) -> tuple[float, dict[str, float]]:
     """
     Return how well a calibration can tell its parameters apart.
 
@@ -168,7 +169,7 @@ def _cost(series: Series) -> float:
     return condition / np.exp(np.mean(np.log(list(own.values()))))
 
 
-def _guess(random) -> Series:
+def _guess(random: np.random.Generator) -> Series:
     """Return slow swings with s1 and e1 against each other, so that the hand stays in front."""
     center = np.array([0.0, -0.4, 0.2, 1.3, 0.0, 0.3, 0.0])
     harmonic = np.array([[2, 5, 9, 14, 20], [3, 6, 10, 15, 21], [2, 4, 8, 13, 19],
@@ -180,7 +181,7 @@ def _guess(random) -> Series:
     return Series(center, harmonic, amplitude * np.sin(phase), amplitude * np.cos(phase))
 
 
-def _changed(series: Series, random, width: float) -> Series:
+def _changed(series: Series, random: np.random.Generator, width: float) -> Series:
     center, harmonic, sine, cosine = (array.copy() for array in series)
     scale = np.array([0.3, 0.3, 0.4, 0.4, 0.6, 0.5, 0.8])[:, None] / (1 + harmonic / 6) * width
     center += (random.random(N_JOINTS) < 0.35) * random.normal(0.0, 0.15 * width, N_JOINTS)

@@ -20,7 +20,7 @@ NEUTRAL = (0.0, -0.55, 0.0, 0.75, 0.0, 1.26, 0.0)
 _OPEN = 100.0  # a gripper's position [%]
 
 
-def write_plan(path: Path, side: str, rate: float = RATE):
+def write_plan(path: str | Path, side: str, rate: float = RATE) -> None:
     """
     Write the exciting trajectory as the SDK's ``joint_recorder.py`` would. Nothing moves.
 

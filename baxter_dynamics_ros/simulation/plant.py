@@ -1,10 +1,14 @@
 """The arm's mechanics: MuJoCo on the manufacturer's numbers, with what a real arm has beyond."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .description import arm_description
 from .description import hand_names
+from ..core.arrays import Array
 from ..core.effort import EffortModel
 from ..core.effort import SPRING_COEFFICIENTS
 from ..core.exceptions import ArgumentError
@@ -20,6 +24,9 @@ TIMESTEP = 0.001  # [s]
 # Coulomb friction of the simulated arm [N m], of the size seen on real ones.
 COULOMB = (0.4, 0.7, 0.3, 0.3, 0.1, 0.1, 0.03)
 
+# Greatest torques of the manufacturer's robot description [N m].
+TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])
+
 _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
              '<option timestep="{timestep}" integrator="implicitfast">'
              '<flag contact="disable" constraint="disable"/></option></mujoco>')
@@ -28,8 +35,8 @@ _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
 def default_truth(spring: bool = True, friction: bool = True) -> EffortModel:
     """Return what the simulated arm has by default: the springs at s1, and Coulomb friction."""
     return EffortModel(
-        spring_coefficients=SPRING_COEFFICIENTS if spring else np.zeros(5),
-        coulomb=COULOMB if friction else np.zeros(N_JOINTS))
+        spring_coefficients=np.array(SPRING_COEFFICIENTS) if spring else np.zeros(5),
+        coulomb=np.array(COULOMB) if friction else np.zeros(N_JOINTS))
 
 
 class Plant:
@@ -64,8 +71,9 @@ class Plant:
 
     """
 
-    def __init__(self, side: str, description=None, truth: EffortModel = None,
-                 payload: Payload = None, gravity=None):
+    def __init__(self, side: str, description: Path | str | None = None,
+                 truth: EffortModel | None = None, payload: Payload | None = None,
+                 gravity: ArrayLike | None = None) -> None:
         self.truth = default_truth() if truth is None else truth
         if self.truth.added_inertia.min() < 0.0:
             raise ArgumentError('truth.added_inertia', 'no simulated joint can have less inertia '
@@ -82,42 +90,46 @@ class Plant:
         names = [self.model.body(i).name for i in range(self.model.nbody)]
         self._hand = next(i for i, name in enumerate(names) if name in hand_names(side))
         self._presliding = Presliding(self.truth.dahl_length)
-        self.force = np.zeros(3)  # at the hand, axes of the robot's base [N]
-        self.torque = np.zeros(N_JOINTS)  # external, on the joints themselves [N m]
+        self.force: Array = np.zeros(3)  # at the hand, axes of the robot's base [N]
+        self.torque: Array = np.zeros(N_JOINTS)  # external, on the joints themselves [N m]
 
     @property
-    def q(self) -> np.ndarray:
+    def q(self) -> Array:
         """Position (7,) [rad]."""
-        return self.data.qpos[self._joints]
+        q: Array = self.data.qpos[self._joints]
+        return q
 
     @property
-    def qd(self) -> np.ndarray:
+    def qd(self) -> Array:
         """Velocity (7,) [rad/s]."""
-        return self.data.qvel[self._joints]
+        qd: Array = self.data.qvel[self._joints]
+        return qd
 
-    def place(self, q: np.ndarray):
+    def place(self, q: Array) -> None:
         """Put the arm at rest at q (7,) [rad], free of friction."""
         self.data.qpos[self._joints] = q
         self.data.qvel[:] = 0.0
         self._presliding.reset()
         mujoco.mj_forward(self.model, self.data)
 
-    def holding_torque(self) -> np.ndarray:
+    def holding_torque(self) -> Array:
         """
         Return the motor torques (7,) [N m] by which the robot holds itself without control.
 
         They carry what it knows of: its description and its springs; not a payload, a tilted
         base, or cables.
         """
-        return self._nominal.gravity(self.data.qpos)[self._joints] + self.truth.spring(self.q)
+        gravity: Array = self._nominal.gravity(self.data.qpos)[self._joints]
+        return gravity + self.truth.spring(self.q)
 
-    def static_torque(self) -> np.ndarray:
+    def static_torque(self) -> Array:
         """Return the motor torques (7,) [N m] that the arm at rest needs, without friction."""
         q = self.q
         gravity = self._actual.gravity(self.data.qpos)[self._joints]
-        return gravity + self.truth.spring(q) + self.truth.stiffness * q
+        torque: Array = gravity + self.truth.spring(q) + self.truth.stiffness * q
+        return torque
 
-    def step(self, motor: np.ndarray):
+    def step(self, motor: Array) -> None:
         """Advance by one time step under motor torques (7,) [N m]."""
         q, qd, truth = self.q, self.qd, self.truth
         presliding = self._presliding.update(q) if truth.has_dahl else None
@@ -134,11 +146,11 @@ class Plant:
 class _Still:
     """A model that does not move: what gravity does to it."""
 
-    def __init__(self, model):
+    def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._data = mujoco.MjData(model)
 
-    def gravity(self, qpos: np.ndarray) -> np.ndarray:
+    def gravity(self, qpos: Array) -> Array:
         """Return the torques that hold it against gravity, in the model's order [N m]."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
@@ -148,7 +160,7 @@ class _Still:
         return result
 
 
-def _compile(urdf: str):
+def _compile(urdf: str) -> mujoco.MjModel:
     root_end = urdf.index('>', urdf.index('<robot')) + 1
     model = mujoco.MjModel.from_xml_string(
         urdf[:root_end] + _COMPILER.format(timestep=TIMESTEP) + urdf[root_end:])

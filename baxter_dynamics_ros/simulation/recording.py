@@ -1,11 +1,17 @@
 """The joint states of a fake Baxter in the order of their stamps, as the robot publishes them."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from .robot import FakeBaxter
 from .robot import GRIPPER_NAMES
 from .robot import GRIPPER_RATE
 from .robot import JOINT_STATE_NAMES
+from ..core.arrays import Array
+
+# Stamp [ns], names, position, velocity and effort.
+Message = tuple[int, tuple[str, ...], Array, Array, Array]
 
 STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
 START_NS = 10 ** 18  # when a recording starts, a date in 2001 [ns]
@@ -57,7 +63,7 @@ class JointStates:
         """Return this iterator."""
         return self
 
-    def __next__(self) -> tuple:
+    def __next__(self) -> Message:
         """Return stamp [ns], names, position, velocity and effort of the next message."""
         stamp = self.due_ns
         if self._grippers_due < self._arms_due:
@@ -75,7 +81,7 @@ class JointStates:
         return _ns((self._arms + 1) * self._period + self._random.normal(0.0, STAMP_JITTER))
 
 
-def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0):
+def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0) -> Iterator[Message]:
     """
     Yield the joint states of the robot's next ``duration`` [s], as fast as they can be had.
 

@@ -1,19 +1,29 @@
 """The fake Baxter: plant, controller and sensors put together; knows no ROS."""
 
+from pathlib import Path
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .controller import DoubleLoop
 from .excitation import Excitation
 from .plant import default_truth
 from .plant import Plant
 from .plant import TIMESTEP
+from .plant import TORQUE_LIMIT
+from .poses import Poses
+from .poses import Still
 from .sensors import Sensors
 from .trajectories import Reference
+from ..core.arrays import Array
 from ..core.effort import EffortModel
 from ..core.exceptions import ArgumentError
 from ..core.joints import joint_names
+from ..core.joints import JOINTS
+from ..core.joints import N_JOINTS
 from ..core.joints import SIDES
 from ..core.parameters import Payload
+from ..core.validation import finite
 
 # The order in which the robot publishes: head, then each arm in alphabetical order, torso.
 _ALPHABETICAL = ('e0', 'e1', 's0', 's1', 'w0', 'w1', 'w2')
@@ -24,7 +34,9 @@ JOINT_STATE_NAMES = (('head_nod', 'head_pan')
 GRIPPER_NAMES = ('r_gripper_l_finger_joint', 'r_gripper_r_finger_joint')
 GRIPPER_RATE = 38.0  # [Hz]
 
-TRAJECTORIES = ('circle', 'switch', 'lift', 'exciting', 'hold')
+TRAJECTORIES = ('circle', 'switch', 'lift', 'exciting', 'hold', 'poses')
+
+COMMAND_TIMEOUT = 0.2  # [s] for which a torque command holds, as the SDK has it
 
 _REFERENCE_STEPS = 10  # time steps between two updates of the reference, a line between them
 
@@ -38,7 +50,8 @@ class FakeBaxter:
     side : str
         The arm that moves, 'right' or 'left'.
     trajectory : str
-        One of :data:`TRAJECTORIES`: the paper's, the :mod:`.excitation`, or standing still.
+        One of :data:`TRAJECTORIES`: the paper's, the :mod:`.excitation`, the :mod:`.poses`, or
+        standing still.
     description : path, optional
         A Baxter's URDF.
     spring, friction, noise : bool
@@ -62,9 +75,11 @@ class FakeBaxter:
 
     """
 
-    def __init__(self, side: str = 'right', trajectory: str = 'circle', description=None,
-                 spring: bool = True, friction: bool = True, noise: bool = True, seed: int = 0,
-                 truth: EffortModel = None, payload: Payload = None, gravity=None):
+    def __init__(self, side: str = 'right', trajectory: str = 'circle',
+                 description: Path | str | None = None, spring: bool = True,
+                 friction: bool = True, noise: bool = True, seed: int = 0,
+                 truth: EffortModel | None = None, payload: Payload | None = None,
+                 gravity: ArrayLike | None = None) -> None:
         if trajectory not in TRAJECTORIES:
             raise ArgumentError('trajectory', f'expected one of {", ".join(TRAJECTORIES)}, '
                                 f'got {trajectory!r}')
@@ -74,13 +89,13 @@ class FakeBaxter:
             raise ArgumentError('truth', 'says what spring and friction there are: leave the '
                                 'arguments spring and friction out')
         self.plant = Plant(side, description, truth, payload, gravity)
-        self.reference = (Excitation(side) if trajectory == 'exciting'
-                          else Reference(side, trajectory))
+        self.reference: Reference | Excitation | Poses | Still = _reference(side, trajectory)
         self.plant.place(self.reference.q)
         standing = self.plant.static_torque()
         self._controller = DoubleLoop(standing - self.plant.holding_torque())
         self._sensors = Sensors(TIMESTEP, noise, seed)
-        self._steps = 0
+        self._steps = self._command_ends = 0
+        self._command: Array | None = None  # what the motors supply instead of control
         other = SIDES[1 - SIDES.index(side)]
         resting = Plant(other, description, truth, gravity=gravity)
         resting.place(Reference(other, 'hold').q)
@@ -98,40 +113,100 @@ class FakeBaxter:
         return self._steps * TIMESTEP
 
     @property
-    def force(self) -> np.ndarray:
+    def force(self) -> Array:
         """Force on the moving hand, axes of the robot's base (3,) [N]; assign to it."""
         return self.plant.force
 
     @force.setter
-    def force(self, value):
+    def force(self, value: ArrayLike) -> None:
         self.plant.force = np.array(value, dtype=float)
 
     @property
-    def torque(self) -> np.ndarray:
+    def torque(self) -> Array:
         """External torque on the moving arm's joints (7,) [N m], s0 ... w2; assign to it."""
         return self.plant.torque
 
     @torque.setter
-    def torque(self, value):
+    def torque(self, value: ArrayLike) -> None:
         self.plant.torque = np.array(value, dtype=float)
 
-    def advance(self, time: float):
+    @property
+    def is_commanded(self) -> bool:
+        """Whether the motors obey torque commands now."""
+        return self._command is not None
+
+    def command(self, torque: ArrayLike) -> None:
+        """
+        Let the motors supply these torques and nothing else, as in the SDK's torque mode.
+
+        They do until the next command, or for :data:`COMMAND_TIMEOUT`; then the robot's
+        controller holds the arm where it is, beginning with the torques that it finds, and the
+        trajectory is not taken up again.
+
+        Parameters
+        ----------
+        torque : array_like (7,)
+            Of the motors, s0 ... w2 [N m]: the effort that will be measured, but for bias and
+            noise. Gravity and springs are not compensated beside it.
+
+        Raises
+        ------
+        ArgumentError
+            If it is not seven finite numbers, each within :data:`.plant.TORQUE_LIMIT`; what was
+            commanded before then stays.
+
+        """
+        command = finite('torque', torque, (N_JOINTS,)).copy()
+        beyond = np.flatnonzero(np.abs(command) > TORQUE_LIMIT)
+        if len(beyond):
+            joint = beyond[0]
+            raise ArgumentError('torque', f'expected at most {TORQUE_LIMIT[joint]:g} N m at '
+                                f'{JOINTS[joint]}, got {command[joint]:g}')
+        self._command = command
+        self._command_ends = self._steps + round(COMMAND_TIMEOUT / TIMESTEP)
+
+    def advance(self, time: float) -> None:
         """Let the robot live until ``time`` [s since its start]."""
         while self.time < time - TIMESTEP / 2:
-            ahead = -self._steps % _REFERENCE_STEPS
-            if ahead == 0:
-                self.reference.advance(_REFERENCE_STEPS * TIMESTEP)
-                ahead = _REFERENCE_STEPS
-            wanted = self.reference.q - ahead * TIMESTEP * self.reference.qd
-            motor = self._controller.torque(
-                wanted, self.reference.qd, self.plant.q, self.plant.qd,
-                self.plant.holding_torque(), TIMESTEP)
+            if self._command is not None and self._steps >= self._command_ends:
+                self._hold_here(self._command)
+                self._command = None
+            motor = self._control() if self._command is None else self._command
             self.plant.step(motor)
             self._sensors.read(self.plant.q, motor + self.plant.truth.bias)
             self._resting.read(*self._resting_state)
             self._steps += 1
 
-    def joint_state(self) -> tuple:
+    def joint_state(self) -> tuple[Array, Array, Array]:
         """Return position, velocity and effort, each (17,), in :data:`JOINT_STATE_NAMES`."""
         moving, still = self._sensors.publish(), self._resting.publish()
-        return tuple(np.concatenate([*pair, [0.0]])[self._order] for pair in zip(moving, still))
+        position, velocity, effort = (
+            np.concatenate([*pair, [0.0]])[self._order] for pair in zip(moving, still))
+        return position, velocity, effort
+
+    def _control(self) -> Array:
+        """Return the motor torques (7,) [N m] that follow the reference."""
+        ahead = -self._steps % _REFERENCE_STEPS
+        if ahead == 0:
+            self.reference.advance(_REFERENCE_STEPS * TIMESTEP)
+            ahead = _REFERENCE_STEPS
+        wanted = self.reference.q - ahead * TIMESTEP * self.reference.qd
+        return self._controller.torque(
+            wanted, self.reference.qd, self.plant.q, self.plant.qd,
+            self.plant.holding_torque(), TIMESTEP)
+
+    def _hold_here(self, motor: Array) -> None:
+        """Make this place the reference, from motor torques (7,) [N m] on."""
+        self.reference = Still(self.plant.q)
+        self._controller.start_at(
+            motor, self.reference.q, self.reference.qd, self.plant.q, self.plant.qd,
+            self.plant.holding_torque(), TIMESTEP)
+
+
+def _reference(side: str, trajectory: str) -> Reference | Excitation | Poses:
+    """Return the joint references along a trajectory."""
+    if trajectory == 'exciting':
+        return Excitation(side)
+    if trajectory == 'poses':
+        return Poses(side)
+    return Reference(side, trajectory)

@@ -4,6 +4,7 @@ from collections import deque
 
 import numpy as np
 
+from ..core.arrays import Array
 from ..core.joints import N_JOINTS
 
 # Measured on real arms at rest; joint order s0 ... w2.
@@ -36,22 +37,22 @@ class Sensors:
 
     """
 
-    def __init__(self, period: float, noise: bool = True, seed: int = 0):
+    def __init__(self, period: float, noise: bool = True, seed: int = 0) -> None:
         self._period = period
         self._noise = noise
         self._random = np.random.default_rng(seed)
-        self._encoder = deque(maxlen=MEAN_LENGTH + DISTANCE)
-        self._unread = []  # true positions since the encoder was last looked at
-        self._effort = np.zeros(N_JOINTS)
+        self._encoder: deque[Array] = deque(maxlen=MEAN_LENGTH + DISTANCE)
+        self._unread: list[Array] = []  # true positions since the encoder was last looked at
+        self._effort: Array = np.zeros(N_JOINTS)
 
-    def read(self, q: np.ndarray, effort: np.ndarray):
+    def read(self, q: Array, effort: Array) -> None:
         """Take the true position (7,) [rad] and effort (7,) [N m] of this instant."""
         self._unread.append(q)
         self._effort = effort
         if len(self._unread) >= _TOGETHER:
             self._look()
 
-    def publish(self) -> tuple:
+    def publish(self) -> tuple[Array, Array, Array]:
         """Return position [rad], velocity [rad/s] and effort [N m] as the robot publishes them."""
         self._look()
         readings = np.array(self._encoder)
@@ -63,7 +64,7 @@ class Sensors:
                                 EFFORT_QUANTUM)
         return readings[-1], velocity, effort
 
-    def _look(self):
+    def _look(self) -> None:
         """Let the encoder read what it has not yet: many instants at once cost as much as one."""
         if not self._unread:
             return
@@ -73,9 +74,9 @@ class Sensors:
             q = _quantised(q + ENCODER_NOISE * self._random.standard_normal(q.shape),
                            POSITION_QUANTUM)
         if not self._encoder:  # the arm was at rest before
-            self._encoder.extend([q[0]] * self._encoder.maxlen)
+            self._encoder.extend([q[0]] * (MEAN_LENGTH + DISTANCE))
         self._encoder.extend(q)
 
 
-def _quantised(x: np.ndarray, quantum: float) -> np.ndarray:
+def _quantised(x: Array, quantum: float) -> Array:
     return np.round(x / quantum) * quantum

@@ -1,8 +1,11 @@
 """The paper's reference trajectories of the hand, and the joint references of eq. (15)."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..core.arm import BaxterArm
+from ..core.arrays import Array
 from ..core.joints import mount
 from ..core.joints import POSITION_LOWER
 from ..core.joints import POSITION_UPPER
@@ -21,7 +24,7 @@ MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 _GUESS = np.array([0.3, -0.6, 0.0, 1.4, 0.0, 0.77, 0.0])
 
 
-def circle(t: float) -> np.ndarray:
+def circle(t: float) -> Array:
     """
     Return the hand's position at t, trajectory 3(a) of the paper (caption of fig. 5).
 
@@ -31,7 +34,7 @@ def circle(t: float) -> np.ndarray:
     return np.array([0.6 + 0.1 * np.sin(t), -0.2 + 0.1 * np.cos(t), 0.1 + 0.1 * np.cos(0.2 * t)])
 
 
-def switch(t: float) -> np.ndarray:
+def switch(t: float) -> Array:
     """
     Return the hand's position at t, trajectory 3(b) of the paper: switched quickly in y.
 
@@ -44,7 +47,7 @@ def switch(t: float) -> np.ndarray:
     return np.array([0.6, -0.1 - 0.2 * (1.0 - moved if count % 2 else moved), 0.1])
 
 
-def lift(t: float) -> np.ndarray:
+def lift(t: float) -> Array:
     """
     Return the hand's position at t, trajectory 3(c) of the paper: slowly up and down.
 
@@ -53,12 +56,13 @@ def lift(t: float) -> np.ndarray:
     return np.array([0.6, -0.2, 0.1 + 0.15 * np.sin(0.5 * t)])
 
 
-def hold(t: float) -> np.ndarray:
+def hold(t: float) -> Array:
     """Return where the circle begins, at any t: the arm is held still."""
     return circle(0.0)
 
 
-TRAJECTORIES = {'circle': circle, 'switch': switch, 'lift': lift, 'hold': hold}
+TRAJECTORIES: dict[str, Callable[[float], Array]] = {
+    'circle': circle, 'switch': switch, 'lift': lift, 'hold': hold}
 # After so long each is where it was, and begins again [s].
 PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi}
 
@@ -84,7 +88,7 @@ class Reference:
 
     """
 
-    def __init__(self, side: str, trajectory: str):
+    def __init__(self, side: str, trajectory: str) -> None:
         self._arm = BaxterArm(mount=mount(side))
         self._position = TRAJECTORIES[trajectory]
         self._mirror = np.array([1.0, -1.0 if side == 'left' else 1.0, 1.0])
@@ -93,9 +97,9 @@ class Reference:
         for _ in range(100):  # the first posture, by the same method from the guess
             self.q = self.q + 0.5 * self._inverse(np.zeros(3), 1.0)[0]
         self._posture = self.q
-        self.qd = np.zeros(len(self.q))
+        self.qd: Array = np.zeros(len(self.q))
 
-    def advance(self, dt: float):
+    def advance(self, dt: float) -> None:
         """Integrate eq. (15) over dt [s]."""
         now, then = _phase(self._t), _phase(self._t + dt)
         velocity = self._mirror * (self._position(then) - self._position(now)) / dt
@@ -104,7 +108,7 @@ class Reference:
         self.q = np.clip(self.q + dt * self.qd, POSITION_LOWER, POSITION_UPPER)
         self._t += dt
 
-    def _inverse(self, velocity: np.ndarray, gain: float) -> tuple:
+    def _inverse(self, velocity: Array, gain: float) -> tuple[Array, Array]:
         """Return joint velocities for the hand's, with its error fed back, and the null space."""
         pose = self._arm.forward_kinematics(self.q)
         jacobian = self._arm.jacobian(self.q)
@@ -120,4 +124,4 @@ def _phase(t: float) -> float:
     """Return the trajectory's own time: speed rises smoothly from 0 to 1 within RAMP."""
     if t >= RAMP:
         return t - RAMP / 2
-    return t / 2 - RAMP / (2 * np.pi) * np.sin(np.pi * t / RAMP)
+    return t / 2 - RAMP / (2 * np.pi) * float(np.sin(np.pi * t / RAMP))

@@ -1,0 +1,79 @@
+"""
+Find what the hand carries, its mass and centre of mass, from residuals in three postures at rest.
+
+At rest the residual is what gravity does to a load that the predictor does not know, and linear in
+its mass m and first moment m c: four unknowns, seven equations a rest. What friction holds there
+is an error; rests to which the arm came from both sides average it out (--rests 6).
+
+Run: python examples/payload_from_three_poses.py
+"""
+
+from argparse import ArgumentParser
+from contextlib import suppress
+from time import monotonic
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import Payload
+import numpy as np
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+DOUBT = np.array([1.0, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])  # of a model that is not calibrated [N m]
+STILL = 0.01 * np.array([1, 1, 1, 1, 10, 10, 10])  # [rad] in 0.5 s; the wrist may swing a little
+
+
+def fit(q: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mass [kg] and centre of mass [m], (4,), and their sd, from n rests, each (n, 7)."""
+    mass, *at = (BaxterArm(payload=Payload(1.0, place)).gravity(q) - BaxterArm().gravity(q)
+                 for place in np.vstack([np.zeros(3), np.eye(3)]))  # [N m/kg], at 0 and 1 m
+    columns = np.stack([mass, *(each - mass for each in at)], axis=-1)  # of m and m c
+    a, b = (columns / DOUBT[:, None]).reshape(-1, 4), (residual / DOUBT).ravel()
+    load = np.linalg.lstsq(a, b, rcond=None)[0]
+    variance = np.sum((b - a @ load) ** 2) / (len(b) - 4) * np.linalg.inv(a.T @ a)
+    slope = np.diag([1.0, *3 * [1.0 / load[0]]])  # of (m, c) by (m, m c)
+    slope[1:, 0] = -load[1:] / load[0] ** 2
+    return np.diag(slope) * load, np.sqrt(np.diag(slope @ variance @ slope.T))
+
+
+class Rests(Node):
+    """Gathers position and residual of each rest, their means (2, 7) [rad, N m]."""
+
+    def __init__(self) -> None:
+        super().__init__('payload_from_three_poses')
+        self.last, self.rest, self.rests = [], [], []
+        self.create_subscription(JointState, '/torque_predictor/effort_residual', self.gather, 100)
+
+    def gather(self, message: JointState) -> None:
+        """Gather what comes while the arm rests; a rest is over when the arm moves on."""
+        self.last = [*self.last[-49:], np.array([message.position, message.effort])]  # of 0.5 s
+        if len(self.last) == 50 and (np.ptp(self.last, axis=0)[0] < STILL).all():
+            self.rest.append(self.last[-1])
+        elif len(self.rest) > 10:
+            mean, self.rest = np.mean(self.rest, axis=0), []
+            same = bool(self.rests) and np.abs(mean - self.rests[-1])[0].max() < 0.2  # posture
+            self.rests[len(self.rests) - same:] = [mean]
+
+
+def main() -> None:
+    """Wait for the rests, and print the payload and how to tell the predictor of it."""
+    parser = ArgumentParser()
+    parser.add_argument('--rests', type=int, default=3, help='use as many as that; 3 by default')
+    options = parser.parse_args()
+    rclpy.init()
+    node, end = Rests(), monotonic() + 60.0  # [s]
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        while monotonic() < end and len(node.rests) < options.rests:
+            rclpy.spin_once(node, timeout_sec=0.1)
+    if len(node.rests) < 3:
+        parser.exit(1, 'fewer than three rests: does the arm go from one posture to another?\n')
+    (mass, *center), sd = fit(*np.swapaxes(node.rests, 0, 1))
+    print(f'mass {mass:.3f} +- {sd[0]:.3f} kg, centre of mass',
+          *(f'{place:.3f} +- {each:.3f}' for place, each in zip(center, sd[1:])), 'm')
+    for line in f'mass {mass:.3f}', f'center_of_mass "{(np.round(center, 3) + 0.0).tolist()}"':
+        print('ros2 param set /torque_predictor payload.' + line)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,42 @@
+"""
+Push the fake Baxter's hand for a while: set its parameter force, and set it back to zero.
+
+As `ros2 param set /fake_baxter force "[0.0, 0.0, -25.0]"` does, where there is no command ros2.
+
+Run: python examples/push.py
+"""
+
+from argparse import ArgumentParser
+from time import sleep
+
+import rclpy
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+
+
+def main() -> None:
+    """Wait, push, and let go."""
+    parser = ArgumentParser()
+    parser.add_argument('--after', type=float, default=0.0, help='wait so long before [s]')
+    parser.add_argument('--duration', type=float, default=2.0, help='push so long [s]')
+    parser.add_argument('--force', type=float, nargs=3, default=(0.0, 0.0, -25.0),
+                        help="axes of the robot's base, up to 200 [N]")
+    options = parser.parse_args()
+    rclpy.init()
+    node = rclpy.create_node('push')
+    client = AsyncParameterClient(node, 'fake_baxter')
+    if not client.wait_for_services(10.0):
+        parser.exit(1, 'no fake_baxter is there to push\n')
+    for seconds, force in ((options.after, options.force), (options.duration, (0.0, 0.0, 0.0))):
+        sleep(seconds)
+        answer = client.set_parameters([Parameter('force', value=list(force))])
+        rclpy.spin_until_future_complete(node, answer, timeout_sec=5.0)
+        if not answer.done():
+            parser.exit(1, 'fake_baxter does not answer\n')
+        if not answer.result().results[0].successful:
+            parser.exit(1, answer.result().results[0].reason + '\n')
+        print(f'pushed with {force} N' if any(force) else 'let go', flush=True)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,169 @@
+"""The ROS examples run as a reader would run them, beside the fake Baxter and the predictor."""
+
+from contextlib import ExitStack
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from baxter_dynamics_ros import JOINTS
+from baxter_dynamics_ros.cli.processes import NodeProcess
+import numpy as np
+import pytest
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+pytest.importorskip('baxter_dynamics_interfaces.srv',
+                    reason='needs pip install ./baxter_dynamics_interfaces')
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+DOCUMENT = (REPOSITORY / 'docs' / 'examples.md').read_text(encoding='utf-8')
+TIME_LIMIT = 40.0  # [s]
+NUMBER = re.compile(r'(?<![\w.])[+-]?\d+(?:\.\d+)?')
+LOAD = np.array([1.0, 0.03, -0.02, 0.1])  # payload: mass [kg] and centre of mass [m]
+
+
+class Example:
+    """An example as a process of its own; a context manager that ends it."""
+
+    def __init__(self, name, *arguments, environment):
+        self._output = tempfile.TemporaryFile('w+')
+        path = os.pathsep.join([str(REPOSITORY), os.environ.get('PYTHONPATH', '')])
+        self.process = subprocess.Popen(
+            [sys.executable, REPOSITORY / 'examples' / f'{name}.py', *arguments],
+            stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
+            env={**environment, 'PYTHONPATH': path})
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self._output.close()
+
+    @property
+    def output(self):
+        """Return what it has printed so far."""
+        self._output.seek(0)
+        return self._output.read()
+
+    def until(self, text):
+        """Wait until it has printed a text."""
+        limit = time.monotonic() + TIME_LIMIT
+        while text not in self.output:
+            assert self.process.poll() is None and time.monotonic() < limit, self.output
+            time.sleep(0.05)
+
+    def finish(self):
+        """Return what it prints until it ends by itself, without an error."""
+        assert self.process.wait(TIME_LIMIT) == 0, self.output
+        return self.output
+
+
+def processes(*arguments, environment):
+    """Return a fake Baxter with these parameters, and a predictor."""
+    words = [word for each in arguments for word in ('-p', each)]
+    return (NodeProcess('fake_baxter', ['--ros-args', *words], environment),
+            NodeProcess('torque_predictor', (), environment))
+
+
+@pytest.fixture(scope='module')
+def finding_a_payload(domain):
+    """Start the example about a payload, which takes its time, in a domain of its own."""
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(101 + os.getpid() % 100)}
+    with ExitStack() as stack:
+        for each in (*processes('trajectory:=poses', f'payload.mass:={LOAD[0]}',
+                                f'payload.center_of_mass:={LOAD[1:].tolist()}',
+                                environment=environment),
+                     Example('payload_from_three_poses', environment=environment)):
+            stack.enter_context(each)
+        yield each
+
+
+@pytest.fixture(scope='module')
+def predictor(finding_a_payload):
+    """Return a predictor beside a fake Baxter that holds still."""
+    with ExitStack() as stack:
+        for each in processes('trajectory:=hold', environment=os.environ):
+            stack.enter_context(each)
+        yield each
+
+
+@pytest.fixture
+def start(predictor):
+    """Return a function that starts an example beside them."""
+    with ExitStack() as stack:
+        yield lambda *words: stack.enter_context(Example(*words, environment=os.environ))
+
+
+def skeleton(text):
+    """Return a text's lines with all numbers alike."""
+    return NUMBER.sub('0', text).split('\n')
+
+
+def documented(name):
+    """Return the output that the documents show below an example's command."""
+    section = re.split(rf'^python examples/{name}\.py.*\n```\n', DOCUMENT, flags=re.MULTILINE)
+    assert len(section) == 2, f'{name} is not at the end of a block'
+    return re.search(r'```text\n(.*?)```', section[1], re.DOTALL)[1]
+
+
+def moved(text):
+    """Return the joints' drift [mrad] that gravity_compensation prints."""
+    return {line.split()[0]: float(line.split()[1]) for line in text.splitlines()[1:]}
+
+
+def test_gravity_compensation_holds_the_arm(start):
+    text = start('gravity_compensation', '--duration', '2').finish()
+    assert skeleton(text) == skeleton(documented('gravity_compensation'))
+    assert int(text.split()[0]) > 100  # torques in 2 s: one a joint state, mostly
+    drift = moved(text)
+    assert list(drift) == list(JOINTS)
+    assert max(map(abs, drift.values())) < 15.0
+
+
+def test_without_its_torques_the_arm_falls(start):
+    drift = moved(start('gravity_compensation', '--limp', '--duration', '0.2').finish())
+    assert drift['s1'] > 50.0  # s1 turns the arm down when positive
+    assert drift['e1'] > 50.0
+
+
+def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predictor):
+    warning = start('contact_warning')
+    push = start('push', '--after', '1.0', '--duration', '1.0')
+    warning.until('contact is over')
+    assert push.finish() == 'pushed with (0.0, 0.0, -25.0) N\nlet go\n'
+    lines = warning.output.splitlines()
+    contacts = [line for line in lines if line.startswith('contact for ')]
+    assert len(contacts) >= 2
+    name, _, external, _, residual = re.search(r'(s1) (\S+) (\S+) (\S+) ([^ ,]+)',
+                                               contacts[-2]).groups()
+    assert (name, float(external) > 8.0, float(residual) < -8.0) == ('s1', True, True)
+    assert lines[-1].startswith('contact is over after ')
+    assert 0.8 < float(lines[-1].split()[-2]) < 2.5  # s
+
+    os.kill(predictor.pid, signal.SIGSTOP)
+    try:
+        warning.until('nothing heard for 0.5 s: contact is not known')
+    finally:
+        os.kill(predictor.pid, signal.SIGCONT)
+    assert warning.output.count('nothing heard') <= 2  # once now, and perhaps at the start
+    warning.process.send_signal(signal.SIGINT)
+    assert 'Traceback' not in warning.finish()
+    kinds = {re.sub(r': .*', '', line) for line in skeleton(documented('contact_warning'))}
+    assert {re.sub(r': .*', '', line) for line in skeleton(warning.output)} <= kinds | {
+        'nothing heard for 0 s'}
+
+
+def test_a_payload_is_found_from_three_postures(finding_a_payload):
+    text = finding_a_payload.finish()
+    assert skeleton(text) == skeleton(documented('payload_from_three_poses'))
+    mass, _, x, _, y, _, z, _ = map(float, NUMBER.findall(text.splitlines()[0]))
+    np.testing.assert_allclose([mass, x, y, z], LOAD, atol=0.02)
+    assert f'payload.mass {mass:.3f}' in text
+    assert f'payload.center_of_mass "[{x}, {y}, {z}]"' in text
