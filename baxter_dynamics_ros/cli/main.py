@@ -1,14 +1,20 @@
 """baxter_dynamics: the command and its subcommands."""
 
 import argparse
+from collections.abc import Sequence
 import importlib
 import io
 import shlex
 import sys
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from .. import __version__
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import SIDES
+
+if TYPE_CHECKING:
+    _Commands = argparse._SubParsersAction[argparse.ArgumentParser]  # it has no public name
 
 TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt')
 TRAJECTORIES = ('circle', 'switch', 'lift')
@@ -16,7 +22,7 @@ LANGUAGES = ('c', 'python', 'numba', 'matlab', 'casadi', 'sympy', 'latex')
 QUANTITIES = ('M', 'C', 'G', 'Cqd', 'MCG', 'tau', 'qdd', 'regressor', 'gradient', 'christoffel')
 
 
-def main(arguments=None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """
     Run a subcommand.
 
@@ -47,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--version', action='version', version=__version__)
     commands = parser.add_subparsers(dest='command', required=True)
     _add_demo(commands)
+    _add_watch(commands)
     _add_experiment(commands)
     _add_evaluate(commands)
     _add_calibrate(commands)
@@ -54,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_demo(commands):
+def _add_demo(commands: '_Commands') -> None:
     demo = commands.add_parser(
         'demo', help='run the predictor on a fake Baxter, and show what it finds',
         description='Start a fake Baxter and the predictor as processes of their own, compare '
@@ -68,7 +75,32 @@ def _add_demo(commands):
         options.arm, options.duration, options.output))
 
 
-def _add_experiment(commands):
+def _add_watch(commands: '_Commands') -> None:
+    watch = commands.add_parser(
+        'watch', help='look at a running torque_predictor, live in the terminal',
+        description='Show what a running torque_predictor says, live: measured and predicted '
+        'effort, residual, external effort, contact, rates and diagnostics. Where the output is '
+        'no terminal, a line a second instead. Ctrl-C or q ends it.')
+    watch.add_argument('--node', default='/torque_predictor', metavar='NAME',
+                       help="the predictor's name with its namespace (default: %(default)s)")
+    watch.add_argument('--arm', choices=SIDES, help='show this one only (default: all there are)')
+    watch.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
+                       help='the joint states (default: %(default)s)')
+    watch.add_argument('--rate', type=_redraws, default=10.0, metavar='HZ',
+                       help='pictures a second (default: %(default)g)')
+    watch.add_argument('--duration', type=_look, metavar='SECONDS',
+                       help='how long to look (default: until Ctrl-C); with --once, how long to '
+                       'wait at most (default: 10)')
+    watch.add_argument('--once', action='store_true',
+                       help='wait for data, print one view and end; exit code 1 where none comes')
+    watch.add_argument('--save', metavar='FILE.svg',
+                       help='in the end, save what is shown as a picture')
+    watch.set_defaults(run=lambda options: _load('watch', 'demo').run(
+        options.node, options.arm, options.topic, options.rate, options.duration, options.once,
+        options.save))
+
+
+def _add_experiment(commands: '_Commands') -> None:
     experiment = commands.add_parser(
         'experiment', help="record one of the paper's trajectories on the fake Baxter, and judge",
         description="Run one of the paper's trajectories, 3(a) circle, 3(b) switch or 3(c) lift, "
@@ -89,7 +121,7 @@ def _add_experiment(commands):
         options.rate, options.duration, options.arm, options.seed, options.command_line))
 
 
-def _add_evaluate(commands):
+def _add_evaluate(commands: '_Commands') -> None:
     evaluate = commands.add_parser(
         'evaluate', help='judge how well the model predicts recordings, as a report',
         description='Predict the effort in recordings by the code of the node, compare it with '
@@ -106,7 +138,7 @@ def _add_evaluate(commands):
         options.save_bag, options.command_line))
 
 
-def _add_calibrate(commands):
+def _add_calibrate(commands: '_Commands') -> None:
     calibrate = commands.add_parser(
         'calibrate', help='fit the effort model to recordings of your own robot',
         description='Fit bias, friction, spring, tilt and more to recordings of one arm, keep '
@@ -134,7 +166,7 @@ def _add_calibrate(commands):
     calibrate.set_defaults(run=_calibrate)
 
 
-def _calibrate(options) -> int:
+def _calibrate(options: argparse.Namespace) -> int:
     if options.plan:
         if options.bags:
             raise BaxterDynamicsError('--plan takes no recordings: it makes one')
@@ -147,7 +179,7 @@ def _calibrate(options) -> int:
         options.params, options.inertial, options.payload, options.only, options.command_line)
 
 
-def _add_export(commands):
+def _add_export(commands: '_Commands') -> None:
     export = commands.add_parser(
         'export', help='write the closed form in other languages, as files that stand alone',
         description='Write the dynamics of the arm in another language, as files that stand alone '
@@ -173,7 +205,7 @@ def _add_export(commands):
         options.base_parameters, options.command_line))
 
 
-def _add_input(parser, at_least: str = '+'):
+def _add_input(parser: argparse.ArgumentParser, at_least: str = '+') -> None:
     parser.add_argument('bags', nargs=at_least, metavar='BAG',
                         help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, or an .npz file')
     parser.add_argument('--arm', choices=SIDES,
@@ -183,7 +215,7 @@ def _add_input(parser, at_least: str = '+'):
                         help='a parameter file of torque_predictor, such as a calibration')
 
 
-def _load(module: str, extra: str):
+def _load(module: str, extra: str) -> ModuleType:
     """Return a module of this folder; the error names the extra that brings what it needs."""
     try:
         return importlib.import_module(f'.{module}', __package__)
@@ -197,6 +229,20 @@ def _seconds(text: str) -> float:
     value = float(text)
     if not 2.0 <= value <= 3600.0:
         raise argparse.ArgumentTypeError(f'expected 2 to 3600 seconds, got {text}')
+    return value
+
+
+def _redraws(text: str) -> float:
+    value = float(text)
+    if not 0.2 <= value <= 30.0:
+        raise argparse.ArgumentTypeError(f'expected 0.2 to 30 Hz, got {text}')
+    return value
+
+
+def _look(text: str) -> float:
+    value = float(text)
+    if not 0.5 <= value <= 86400.0:
+        raise argparse.ArgumentTypeError(f'expected 0.5 to 86400 seconds, got {text}')
     return value
 
 
