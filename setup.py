@@ -44,6 +44,7 @@ demo = ros + offline + [
 test = demo + export + fast + [
     'sympy==1.14.0',
     'hypothesis==6.170.15',
+    'mypy==2.4.1',
     'pytest==9.0.3',
     'pytest-timeout==2.4.0',
     'pytest-xdist==3.8.0',
@@ -96,7 +97,7 @@ setup(
     install_requires=['numpy>=1.24'],
     extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export,
                     'fast': fast, 'benchmark': benchmark, 'test': test},
-    package_data={package_name: ['report/*.j2']},
+    package_data={package_name: ['py.typed', 'report/*.j2']},
     zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',
     maintainer_email='maintainers@baxter-dynamics.example',

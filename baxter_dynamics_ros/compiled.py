@@ -5,15 +5,20 @@ This is the one module that imports numba. A function is compiled when it is fir
 takes seconds, and kept on disk, so that the next process loads it in a fraction of one.
 """
 
+from collections.abc import Callable
 from importlib import util
 import sys
 from types import FunctionType
+from types import ModuleType
+from typing import TypeVar
 
 import numba
 import numpy as np
 
 from .core import _closed_form
+from .core.arrays import Array
 
+_F = TypeVar('_F')
 _BLOCK = 1024  # states computed at a time
 
 # pi/2 in three parts, of which the first two have trailing zeros: no loss up to _LARGEST.
@@ -22,7 +27,7 @@ _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
 _LARGEST = 1e5  # [rad]
 
 
-def _jit(function):
+def _jit(function: _F) -> _F:
     # There is no division by zero that would have to be seen.
     try:
         return numba.njit(cache=True, error_model='numpy')(function)
@@ -31,7 +36,7 @@ def _jit(function):
 
 
 @_jit
-def sines_and_cosines(angles, sines, cosines):
+def sines_and_cosines(angles: Array, sines: Array, cosines: Array) -> None:
     """
     Write sin and cos of angles [rad] to arrays as long, to an error of 2e-16.
 
@@ -61,9 +66,10 @@ def sines_and_cosines(angles, sines, cosines):
             sines[i], cosines[i] = np.sin(angles[i]), np.cos(angles[i])
 
 
-def _compile():
+def _compile() -> ModuleType:
     """Return another instance of the generated module, with its functions compiled."""
     spec = util.spec_from_file_location(f'{__name__}._closed_form', _closed_form.__file__)
+    assert spec is not None and spec.loader is not None  # it was loaded from there
     module = util.module_from_spec(spec)
     sys.modules[spec.name] = module  # where numba looks for the functions that it kept
     spec.loader.exec_module(module)
@@ -76,24 +82,24 @@ def _compile():
 MODULE = _compile()  # the generated functions, compiled
 
 
-def bind(name: str, size: int, constants: tuple):
+def bind(name: str, size: int, constants: tuple[float, ...]) -> Callable[..., Array]:
     """Return what calls a compiled function, as ``core.closed_form.bind`` does."""
     row, rows = getattr(MODULE, f'{name}_row'), getattr(MODULE, f'{name}_rows')
-    constants = np.array(constants)
+    numbers = np.array(constants)
 
-    def compute(q: np.ndarray, *rest: np.ndarray) -> np.ndarray:
+    def compute(q: Array, *rest: Array) -> Array:
         # numba would compile anew for arrays that are read-only or not contiguous.
         states = [x if x.flags.carray else x.copy() for x in (q, *rest)]
         if q.ndim > 1:
-            return _compute_many(rows, size, constants, *states)
+            return _compute_many(rows, size, numbers, *states)
         result = np.empty(size)
-        row(*states, constants, result)
+        row(*states, numbers, result)
         return result
     return compute
 
 
-def _compute_many(rows, size: int, constants: np.ndarray, q: np.ndarray,
-                  *rest: np.ndarray) -> np.ndarray:
+def _compute_many(rows: Callable[..., None], size: int, constants: Array, q: Array,
+                  *rest: Array) -> Array:
     """Call a compiled function on arrays (n, 7), block by block."""
     result = np.empty((len(q), size))
     sines, cosines = np.empty((2, min(len(q), _BLOCK), q.shape[1]))

@@ -9,14 +9,16 @@ numbers come from there. This is the one module that imports Pinocchio.
 import numpy as np
 import pinocchio as pin
 
+from .core.arm import BaxterArm
+from .core.arrays import Array
 from .core.joints import JOINTS
 from .core.joints import N_JOINTS
 from .core.parameters import ArmParameters
 from .core.parameters import Payload
 
 
-def build_model(parameters: ArmParameters, payload: Payload, gravity: np.ndarray,
-                mount: np.ndarray) -> pin.Model:
+def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,
+                mount: Array) -> pin.Model:
     """
     Build the Pinocchio model of one arm.
 
@@ -66,13 +68,13 @@ class NewtonEuler:
 
     """
 
-    def __init__(self, arm):
+    def __init__(self, arm: BaxterArm) -> None:
         self.model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
         self.data = self.model.createData()
         # Only a Pinocchio built with OpenMP has batches.
         self._pool = pin.ModelPool(self.model, 1) if hasattr(pin, 'rneaInParallel') else None
 
-    def inverse_dynamics(self, q, qd, qdd) -> np.ndarray:
+    def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Return tau (..., 7) [N m] for states q, qd, qdd (..., 7), already validated."""
         if q.ndim == 1:
             return pin.rnea(self.model, self.data, q, qd, qdd).copy()

@@ -1,5 +1,11 @@
 """From recordings to the settings of one's own robot."""
 
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from .checks import long_enough
@@ -14,8 +20,10 @@ from .results import Calibration
 from .terms import all_terms
 from .terms import OPTIONAL
 from .terms import REACH
+from .terms import Term
 from ..core.exceptions import ArgumentError
 from ..core.joints import S1
+from ..offline.playback import Recording
 from ..signals.settings import PredictorSettings
 
 PARTS = 5  # into which a single recording is split
@@ -23,8 +31,9 @@ _LAG_OFF = 0.001  # a velocity lag that differs by more [s] is taken over
 _SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
 
 
-def calibrate(recordings: list, values: dict = None, inertial: bool = False,
-              payload: bool = False, only=(), progress=None) -> Calibration:
+def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = None,
+              inertial: bool = False, payload: bool = False, only: Collection[str] = (),
+              progress: Callable[[str], None] | None = None) -> Calibration:
     """
     Fit the effort model, and what else is asked for, to recordings of one arm.
 
@@ -98,7 +107,8 @@ def calibrate(recordings: list, values: dict = None, inertial: bool = False,
         s1_range=_sweep(motions))
 
 
-def _observed(recordings, values: dict, say) -> list:
+def _observed(recordings: Iterable[Recording], values: dict[str, Any],
+              say: Callable[[str], None]) -> list[Motion]:
     motions = []
     for recording in recordings:
         say(f'reading {recording.name}')
@@ -106,7 +116,8 @@ def _observed(recordings, values: dict, say) -> list:
     return motions
 
 
-def _terms(settings, motions, only, asked: dict, notes: list) -> list:
+def _terms(settings: PredictorSettings, motions: list[Motion], only: Collection[str],
+           asked: dict[str, bool], notes: list[str]) -> list[Term]:
     """Return the terms to fit; note what is left out."""
     lower, upper = settings.effort_model.spring_range
     low, high = np.clip(_sweep(motions), lower, upper)
@@ -123,13 +134,13 @@ def _terms(settings, motions, only, asked: dict, notes: list) -> list:
             if (term.name in only if only else asked.get(term.name, True))]
 
 
-def _sweep(motions) -> tuple:
+def _sweep(motions: list[Motion]) -> tuple[float, float]:
     """Return between which angles s1 is nearly all the time [rad]."""
     s1 = np.concatenate([motion.q[:, S1] for motion in motions])
     return tuple(np.quantile(s1, [0.002, 0.998]).tolist())
 
 
-def _split(motion: Motion) -> list:
+def _split(motion: Motion) -> list[Motion]:
     edges = np.linspace(0, len(motion), PARTS + 1).astype(int)
     return [motion.rows(*pair).renamed(f'{motion.name}, part {k + 1}')
             for k, pair in enumerate(zip(edges, edges[1:]))]

@@ -1,11 +1,17 @@
 """Recordings that cannot be fitted to are refused, with the reason; others get warnings."""
 
+from collections.abc import Iterator
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from .excitation import MOVES
 from .excitation import turning
+from .motion import Motion
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import JOINTS
+from ..offline.playback import Recording
 from ..signals.events import Event
 from ..signals.events import REMEDIES
 
@@ -17,7 +23,7 @@ class CalibrationError(BaxterDynamicsError):
     """The recordings cannot be used for a calibration."""
 
 
-def one_arm(recordings) -> str:
+def one_arm(recordings: Sequence[Recording]) -> str:
     """Return the arm that all recordings are of; refuse if they differ."""
     if not recordings:
         raise CalibrationError('no recordings')
@@ -28,14 +34,14 @@ def one_arm(recordings) -> str:
     return arms[0]
 
 
-def long_enough(motions: list) -> list:
+def long_enough(motions: list[Motion]) -> list[Motion]:
     """Return the motions that are long enough to say anything."""
     return [motion for motion in motions if motion.duration >= _SHORT]
 
 
-def refuse(motions: list):
+def refuse(motions: list[Motion]) -> None:
     """Refuse what cannot be fitted to, with the reason."""
-    counts = {}
+    counts: dict[Any, int] = {}
     for motion in motions:
         for event, n in motion.counts.items():
             counts[event] = counts.get(event, 0) + n
@@ -56,7 +62,7 @@ def refuse(motions: list):
                                'motion that turns every joint round (--plan shows one)')
 
 
-def warnings(motions: list):
+def warnings(motions: list[Motion]) -> Iterator[str]:
     """Yield what a reader should know of the recordings, a line each."""
     moving = np.abs(np.concatenate([motion.qd for motion in motions])).max(0) > MOVES
     for which, what in ((~moving, f'never moves faster than {MOVES:g} rad/s'),

@@ -2,7 +2,12 @@
 
 import numpy as np
 
+from .motion import Motion
 from .normal import information
+from .normal import NormalEquations
+from .normal import Regressor
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import JOINTS
 
 MOVES = 0.05  # a joint that never exceeds this speed does not move [rad/s]
@@ -10,13 +15,14 @@ MOVES = 0.05  # a joint that never exceeds this speed does not move [rad/s]
 _UNKNOWN = 0.7  # share of the prior's uncertainty that is left, above which nothing was learnt
 
 
-def turning(motions: list) -> np.ndarray:
+def turning(motions: list[Motion]) -> Bools:
     """Return which joints turn round, that is, move both ways: (7,) of bool."""
     qd = np.concatenate([motion.qd for motion in motions])
     return (qd.max(0) > MOVES) & (qd.min(0) < -MOVES)
 
 
-def unknown(regressor, normal, weights: np.ndarray, turning: np.ndarray) -> tuple:
+def unknown(regressor: Regressor, normal: NormalEquations, weights: Array,
+            turning: Bools) -> tuple[Bools, dict[str, list[str]]]:
     """
     Find the joints' own parameters that the data cannot tell, even alone beside the bias.
 
@@ -40,7 +46,8 @@ def unknown(regressor, normal, weights: np.ndarray, turning: np.ndarray) -> tupl
 
     """
     parameters = regressor.parameters
-    mask, lost = np.zeros(len(parameters), dtype=bool), {}
+    mask = np.zeros(len(parameters), dtype=bool)
+    lost: dict[str, list[str]] = {}
     own = [(term, where) for term, where in zip(regressor.terms, regressor.slices)
            if not term.shared]
     bias = [where.start for term, where in own if term.name == 'bias']

@@ -1,5 +1,9 @@
 """One calibration: choose the terms, fit them, and judge the fit on what it never saw."""
 
+from collections.abc import Collection
+from typing import Any
+from typing import TypeVar
+
 import numpy as np
 
 from .excitation import turning
@@ -8,17 +12,23 @@ from .motion import Motion
 from .noise import correlation_times
 from .noise import SHORTEST
 from .normal import information
+from .normal import NormalEquations
 from .normal import Regressor
 from .normal import solve
 from .results import Fitted
 from .results import Judged
 from .selection import select
 from .terms import Links
+from .terms import Term
 from .terms import Tilt
 from .terms import Tool
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import N_JOINTS
 from ..signals.predictor import Estimate
 from ..signals.settings import PredictorSettings
+
+_T = TypeVar('_T')
 
 _LINK_MARGIN = 0.05  # least eigenvalue of 1 + S that a link may have
 _TIES = 6  # times that a tool's second moments are found from its mass and centre of mass
@@ -50,7 +60,8 @@ class Fit:
 
     """
 
-    def __init__(self, values: dict, terms: list, wanted, motions: list):
+    def __init__(self, values: dict[str, Any], terms: list[Term], wanted: Collection[str],
+                 motions: list[Motion]) -> None:
         self._before = values
         self._motions = motions
         self._regressor = Regressor(PredictorSettings(values), terms)
@@ -71,13 +82,13 @@ class Fit:
         self._left_out = [self._solve(self._whole - fold, self._final) for fold in self._folds]
         self.values = self._updated(self._solve(self._whole, self._final))
 
-    def judged(self) -> list:
+    def judged(self) -> list[Judged]:
         """Return how well each motion is predicted by what the others gave."""
         return [Judged(motion.name, motion.duration, rms(residual(motion, self._before)),
                        rms(residual(motion, self._updated(b))))
                 for motion, b in zip(self._motions, self._left_out)]
 
-    def fitted(self) -> list:
+    def fitted(self) -> list[Fitted]:
         """Return the parameters that were fitted."""
         covariance = self._covariance()
         return [Fitted(term.name, *row)
@@ -86,11 +97,11 @@ class Fit:
                 for row in term.rows(self._before, self.values, covariance[where, where],
                                      self._active[where])]
 
-    def _sum_up(self):
+    def _sum_up(self) -> None:
         self._folds = [self._regressor.normal_equations(motion) for motion in self._motions]
         self._whole = sum(self._folds[1:], self._folds[0])
 
-    def _spread(self) -> np.ndarray:
+    def _spread(self) -> Array:
         """Return the RMS (7,) that is left once bias and payload are known [N m]."""
         active = np.zeros(len(self._regressor.parameters), dtype=bool)
         for term, where in zip(self._regressor.terms, self._regressor.slices):
@@ -98,45 +109,46 @@ class Fit:
         b = solve(self._whole, np.ones(N_JOINTS), self._regressor.parameters, active)
         return np.sqrt(self._whole.squared_error(b) / self._whole.count)
 
-    def _weights(self, rms, correlation_time) -> np.ndarray:
+    def _weights(self, rms: Array, correlation_time: Array | float) -> Array:
         """Return 1 / variance (7,), as if there were a sample a correlation time [1/(N m)^2]."""
         rate = self._whole.count / sum(motion.duration for motion in self._motions)
         return 1 / (np.maximum(rms, 1e-4) ** 2 * np.maximum(rate * correlation_time, 1.0))
 
     def _is_bilinear(self) -> bool:
         """Return whether gravity's direction multiplies bodies, and both are fitted."""
-        kinds = {type(term) for term, where in zip(self._regressor.terms, self._regressor.slices)
-                 if self._active[where].any()}
+        terms = zip(self._regressor.terms, self._regressor.slices)
+        kinds: set[type] = {type(term) for term, where in terms if self._active[where].any()}
         return Tilt in kinds and bool(kinds & {Links, Tool})
 
-    def _tied(self) -> np.ndarray:
+    def _tied(self) -> Bools:
         """Return which parameters follow from others, (p,) of bool."""
         mask = np.zeros(len(self._regressor.parameters), dtype=bool)
         for term, where in self._of_kind(Tool):
             mask[where.start + np.array(term.fixed)] = True
         return mask
 
-    def _of_kind(self, kind):
+    def _of_kind(self, kind: type[_T]) -> list[tuple[_T, slice]]:
         return [(term, where) for term, where in zip(self._regressor.terms, self._regressor.slices)
                 if isinstance(term, kind)]
 
-    def _solve(self, normal, weights) -> np.ndarray:
+    def _solve(self, normal: NormalEquations, weights: Array) -> Array:
         """Return the deviations (p,), with what is tied, and bodies that can exist."""
-        parameters, b = list(self._regressor.parameters), None
+        parameters = list(self._regressor.parameters)
+        b: Array = np.zeros(len(parameters))
         tools = [(term, where) for term, where in self._of_kind(Tool) if self._active[where].any()]
         for _ in range(_TIES if tools else 1):
             b = solve(normal, weights, parameters, self._free, b)
             for term, where in tools:
                 b[where.start + np.array(term.fixed)] = term.second_moments(b[where])
-        for term, where in self._of_kind(Links):
-            while (least := term.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
+        for links, where in self._of_kind(Links):
+            while (least := links.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
                 link = 10 * int(np.argmin(least))  # believe more in what it was before
                 for k in range(where.start + link, where.start + link + 10):
                     parameters[k] = parameters[k].tightened(0.7)
                 b = solve(normal, weights, parameters, self._free, b)
         return b
 
-    def _updated(self, b: np.ndarray) -> dict:
+    def _updated(self, b: Array) -> dict[str, Any]:
         """Return the settings with the deviations b."""
         values = dict(self._before)
         for term, where in zip(self._regressor.terms, self._regressor.slices):
@@ -144,7 +156,7 @@ class Fit:
                 term.update(values, b[where])
         return values
 
-    def _covariance(self) -> np.ndarray:
+    def _covariance(self) -> Array:
         """
         Return the covariance of all parameters, (p, p).
 
@@ -161,17 +173,19 @@ class Fit:
         return covariance * scale[:, None] * scale
 
 
-def residual(motion: Motion, values: dict) -> np.ndarray:
+def residual(motion: Motion, values: dict[str, Any]) -> Array:
     """Return what settings leave over of a motion, (n, 7) [N m], by the node's own code."""
     settings = PredictorSettings(values)
     model = settings.effort_model
     presliding = (motion.presliding(model.dahl_length) if model.has_dahl
                   else np.zeros(motion.q.shape))
-    return settings.predictor().predict(Estimate(
+    result = settings.predictor().predict(Estimate(
         np.round(motion.time * 1e9).astype(int), motion.q, motion.qd, motion.qdd, motion.effort,
         presliding)).residual
+    assert result is not None  # for the effort was measured
+    return result
 
 
-def rms(values: np.ndarray) -> np.ndarray:
+def rms(values: Array) -> Array:
     """Return the root of the mean square over the first axis."""
     return np.sqrt(np.mean(values ** 2, axis=0))

@@ -6,9 +6,13 @@ by ``lag`` times the change of velocity. That is a straight line, fitted over in
 second, in which neither noise nor quanta matter much.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+
+from .motion import Motion
+from ..core.arrays import Array
 
 _INTERVAL = 1.0  # over which the velocity is integrated [s]
 _SLOPE = 0.02  # on either side, over which the position's slope is taken [s]
@@ -19,10 +23,10 @@ class Lag(NamedTuple):
 
     value: float  # [s]
     uncertainty: float  # standard error, from how much the joints differ [s]
-    per_joint: np.ndarray  # (7,) [s]; NaN for a joint that does not move
+    per_joint: Array  # (7,) [s]; NaN for a joint that does not move
 
 
-def velocity_lag(motions) -> 'Lag | None':
+def velocity_lag(motions: Iterable[Motion]) -> 'Lag | None':
     """
     Measure the lag of the velocity.
 

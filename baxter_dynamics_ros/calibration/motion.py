@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 from dataclasses import field
-from dataclasses import fields
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from ..core.arrays import Array
 from ..core.presliding import Presliding
 from ..offline.playback import play
+from ..offline.playback import Recording
 from ..signals.settings import PredictorSettings
 
 _BREAK = 0.15  # [s] between estimates, after which the filter has started anew
@@ -19,22 +21,23 @@ class Motion:
     """The estimates of one recording that have a measured effort, n of them; joint order."""
 
     name: str
-    time: np.ndarray  # (n,) the estimates' instants, since the first [s]
-    q: np.ndarray  # (n, 7) [rad]
-    qd: np.ndarray  # (n, 7) [rad/s]
-    qdd: np.ndarray  # (n, 7) [rad/s^2]
-    effort: np.ndarray  # (n, 7) measured [N m]
-    newest_q: np.ndarray  # (n, 7) position when the estimate was made [rad]
-    newest_qd: np.ndarray  # (n, 7) velocity as measured [rad/s]; NaN where there is none
-    counts: dict = field(default_factory=dict)  # what the stream handler met
+    time: Array  # (n,) the estimates' instants, since the first [s]
+    q: Array  # (n, 7) [rad]
+    qd: Array  # (n, 7) [rad/s]
+    qdd: Array  # (n, 7) [rad/s^2]
+    effort: Array  # (n, 7) measured [N m]
+    newest_q: Array  # (n, 7) position when the estimate was made [rad]
+    newest_qd: Array  # (n, 7) velocity as measured [rad/s]; NaN where there is none
+    counts: dict[Any, int] = field(default_factory=dict)  # what the stream handler met
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.time)
 
     def rows(self, start: int, stop: int) -> 'Motion':
         """Return some of the rows, as a recording of their own."""
-        return Motion(*(value[start:stop] if isinstance(value, np.ndarray) else value
-                        for value in (getattr(self, f.name) for f in fields(self))))
+        parts: dict[str, Any] = {name: value[start:stop] for name, value in vars(self).items()
+                                 if isinstance(value, np.ndarray)}
+        return replace(self, **parts)
 
     def renamed(self, name: str) -> 'Motion':
         """Return the same motion under another name."""
@@ -53,12 +56,12 @@ class Motion:
         return float(np.median(np.diff(self.time)))
 
     @property
-    def segments(self) -> list:
+    def segments(self) -> list[slice]:
         """Slices between which the filter started anew."""
         breaks = np.flatnonzero(np.abs(np.diff(self.time)) > _BREAK) + 1
         return [slice(*pair) for pair in zip([0, *breaks], [*breaks, len(self)])]
 
-    def presliding(self, length) -> np.ndarray:
+    def presliding(self, length: Array | float) -> Array:
         """
         Return Dahl's state along the motion.
 
@@ -79,7 +82,7 @@ class Motion:
         return np.array(states)
 
 
-def observe(recording, values: dict) -> Motion:
+def observe(recording: Recording, values: dict[str, Any]) -> Motion:
     """
     Return a recording's motion.
 
@@ -93,15 +96,19 @@ def observe(recording, values: dict) -> Motion:
     """
     predictor = PredictorSettings({
         **values, 'arm': recording.arm, 'align': True, 'effort_model.enabled': False}).predictor()
-    parts = []
+    parts: list[list[Any]] = []
     for block in play(recording, predictor):
         estimate = block.estimate
-        valid = np.isfinite(estimate.measured[:, 0])
+        measured = estimate.measured
+        assert measured is not None  # in a block it is NaN instead
+        valid = np.isfinite(measured[:, 0])
         parts.append([x[valid] for x in (
-            estimate.stamp_ns, estimate.q, estimate.qd, estimate.qdd, estimate.measured, block.q,
+            estimate.stamp_ns, estimate.q, estimate.qd, estimate.qdd, measured, block.q,
             block.qd)])
     if not parts:
         parts = [[np.empty(0, int)] + [np.empty((0, 7))] * 6]
-    stamps, *arrays = (np.concatenate(column) for column in zip(*parts))
+    stamps, q, qd, qdd, effort, newest_q, newest_qd = (
+        np.concatenate(column) for column in zip(*parts))
     time = (stamps - stamps[:1]) * 1e-9
-    return Motion(recording.name, time, *arrays, dict(predictor.counts))
+    return Motion(recording.name, time, q, qd, qdd, effort, newest_q, newest_qd,
+                  dict(predictor.counts))

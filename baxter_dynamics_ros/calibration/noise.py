@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from ..core.arrays import Array
 from ..core.joints import N_JOINTS
 
 # For at least so long [s]: what a model lacks comes back with the motion.
 SHORTEST = 1.0
 
 
-def correlation_times(residuals: list, periods: list) -> np.ndarray:
+def correlation_times(residuals: list[Array], periods: list[float]) -> Array:
     """
     Return for how long residuals are alike (7,) [s].
 

@@ -1,7 +1,10 @@
 """Normal equations of the regressor: all that a fit needs of a recording, of any length."""
 
+from collections.abc import Iterator
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor
@@ -11,8 +14,14 @@ from scipy.optimize import lsq_linear
 
 from .motion import Motion
 from .terms import dahl_lengths
+from .terms import Parameter
 from .terms import Sample
+from .terms import Term
+from ..core.arrays import Array
+from ..core.arrays import Bools
+from ..core.arrays import Indices
 from ..core.joints import N_JOINTS
+from ..signals.settings import PredictorSettings
 
 _ROWS = 1024  # at a time: the links' regressor of a row has 784 numbers
 
@@ -25,22 +34,22 @@ class NormalEquations:
     With the regressor X_j of joint j and y_j, what the model before the fit leaves over.
     """
 
-    matrix: np.ndarray  # (7, p, p) X_j^T X_j
-    vector: np.ndarray  # (7, p) X_j^T y_j
-    square: np.ndarray  # (7,) y_j^T y_j
+    matrix: Array  # (7, p, p) X_j^T X_j
+    vector: Array  # (7, p) X_j^T y_j
+    square: Array  # (7,) y_j^T y_j
     count: int  # samples
 
-    def __add__(self, other):
+    def __add__(self, other: 'NormalEquations') -> 'NormalEquations':
         """Return the sums over both."""
         return NormalEquations(self.matrix + other.matrix, self.vector + other.vector,
                                self.square + other.square, self.count + other.count)
 
-    def __sub__(self, other):
+    def __sub__(self, other: 'NormalEquations') -> 'NormalEquations':
         """Return the sums without those of the other."""
         return NormalEquations(self.matrix - other.matrix, self.vector - other.vector,
                                self.square - other.square, self.count - other.count)
 
-    def squared_error(self, b: np.ndarray) -> np.ndarray:
+    def squared_error(self, b: Array) -> Array:
         """Return the sum of squared residuals of each joint at the deviations b (p,), (7,)."""
         return np.maximum(self.square - 2 * self.vector @ b + b @ self.matrix @ b, 0.0)
 
@@ -66,7 +75,7 @@ class Regressor:
 
     """
 
-    def __init__(self, settings, terms: list):
+    def __init__(self, settings: PredictorSettings, terms: list[Term]) -> None:
         self.settings = settings
         self.terms = terms
         self._lengths = np.array(dahl_lengths(settings.effort_model))[:, None]
@@ -77,16 +86,16 @@ class Regressor:
             np.concatenate([where.start + np.array(term.acting(joint), dtype=int)
                             for term, where in zip(terms, self.slices)])
             for joint in range(N_JOINTS)]
-        self._deviation = np.zeros(len(self.parameters))  # that the settings already hold
+        self._deviation: Array = np.zeros(len(self.parameters))  # that the settings already hold
 
-    def about(self, settings, deviation: np.ndarray) -> 'Regressor':
+    def about(self, settings: PredictorSettings, deviation: Array) -> 'Regressor':
         """Return it linearised about the settings that the deviations (p,) lead to."""
         result = copy(self)
         result.settings = settings
         result._deviation = deviation
         return result
 
-    def acting(self, joint: int) -> np.ndarray:
+    def acting(self, joint: int) -> Indices:
         """Return the indices of the parameters that act on a joint."""
         return self._acting[joint]
 
@@ -102,7 +111,7 @@ class Regressor:
             square += (y * y).sum(0)
         return NormalEquations(matrix, vector, square, len(motion))
 
-    def _rows(self, motion: Motion):
+    def _rows(self, motion: Motion) -> Iterator[tuple[list[Array], Array]]:
         """Yield the columns X_j that act on each joint, and y (n, 7), some rows at a time."""
         model = self.settings.effort_model
         presliding = motion.presliding(self._lengths)
@@ -124,8 +133,8 @@ class Regressor:
             yield columns, y
 
 
-def solve(normal: NormalEquations, weights: np.ndarray, parameters, active: np.ndarray,
-          known: np.ndarray = None) -> np.ndarray:
+def solve(normal: NormalEquations, weights: Array, parameters: Sequence[Parameter], active: Bools,
+          known: Array | None = None) -> Array:
     """
     Return the most probable deviations, (p,): regularised least squares.
 
@@ -159,10 +168,10 @@ def solve(normal: NormalEquations, weights: np.ndarray, parameters, active: np.n
     return b
 
 
-def information(normal: NormalEquations, weights: np.ndarray, parameters,
-                active: np.ndarray) -> np.ndarray:
+def information(normal: NormalEquations, weights: Array, parameters: Sequence[Parameter],
+                active: Bools) -> Array:
     """Return the inverse of the covariance of the active parameters, prior and data together."""
     index = np.flatnonzero(active)
     prior = np.array([p.prior for p in parameters])[active]
-    data = np.tensordot(weights, normal.matrix[:, index[:, None], index], 1)
+    data: Any = np.tensordot(weights, normal.matrix[:, index[:, None], index], 1)
     return data + np.diag(prior ** -2.0)

@@ -1,10 +1,16 @@
 """What a calibration finds: plain data, for files, reports and people."""
 
 from dataclasses import dataclass
+from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .lag import Lag
+from ..core.arrays import Array
+
+if TYPE_CHECKING:
+    from .selection import Step
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +31,8 @@ class Judged:
 
     name: str
     duration: float  # [s]
-    before: np.ndarray  # RMS (7,) of the residual with the settings before [N m]
-    after: np.ndarray  # ... with what the others gave
+    before: Array  # RMS (7,) of the residual with the settings before [N m]
+    after: Array  # ... with what the others gave
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,29 +67,29 @@ class Calibration:
     """
 
     arm: str
-    before: dict
-    values: dict
-    parameters: list
-    steps: list
-    judged: list
+    before: dict[str, Any]
+    values: dict[str, Any]
+    parameters: list[Fitted]
+    steps: 'list[Step]'
+    judged: list[Judged]
     by_time: bool
     lag: 'Lag | None'
-    warnings: tuple
+    warnings: tuple[str, ...]
     samples: int
     duration: float
-    s1_range: tuple
+    s1_range: tuple[float, float]
 
     @property
-    def rms_before(self) -> np.ndarray:
+    def rms_before(self) -> Array:
         """RMS (7,) over all that was left out, with the settings before [N m]."""
         return _pooled([(j.duration, j.before) for j in self.judged])
 
     @property
-    def rms_after(self) -> np.ndarray:
+    def rms_after(self) -> Array:
         """RMS (7,) over all that was left out, calibrated [N m]."""
         return _pooled([(j.duration, j.after) for j in self.judged])
 
 
-def _pooled(pairs) -> np.ndarray:
+def _pooled(pairs: list[tuple[float, Array]]) -> Array:
     total = sum(duration for duration, _ in pairs)
     return np.sqrt(sum(duration * rms ** 2 for duration, rms in pairs) / total)

@@ -1,10 +1,19 @@
 """Which terms pay: each is kept where it makes recordings that were left out easier to predict."""
 
+from collections.abc import Collection
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from .normal import NormalEquations
+from .normal import Regressor
 from .normal import solve
+from .terms import Term
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import N_JOINTS
 
 
@@ -12,15 +21,15 @@ class Step(NamedTuple):
     """What one more term bought."""
 
     term: str
-    joints: tuple  # indices of the joints where it was kept
-    rms: np.ndarray  # (7,) of recordings left out, with all terms kept so far [N m]
+    joints: tuple[int, ...]  # indices of the joints where it was kept
+    rms: Array  # (7,) of recordings left out, with all terms kept so far [N m]
 
 
 class Selection(NamedTuple):
     """The terms that pay."""
 
-    active: np.ndarray  # (p,) of bool
-    steps: list  # of Step; the first has no term
+    active: Bools  # (p,) of bool
+    steps: list[Step]  # the first has no term
 
 
 class LeftOut:
@@ -36,25 +45,27 @@ class LeftOut:
 
     """
 
-    def __init__(self, regressor, folds: list):
+    def __init__(self, regressor: Regressor, folds: list[NormalEquations]) -> None:
         self._regressor = regressor
         self._folds = folds
         self.whole = sum(folds[1:], folds[0])
         self._others = [self.whole - fold for fold in folds]
 
-    def squared_error(self, weights: np.ndarray, active: np.ndarray, joints) -> np.ndarray:
+    def squared_error(self, weights: Array, active: Bools, joints: Iterable[int]) -> Array:
         """Return the left-out sum of squared residuals (7,) of some joints, fitted together."""
         chosen = np.zeros(N_JOINTS)
         chosen[list(joints)] = weights[list(joints)]
         fits = [solve(other, chosen, self._regressor.parameters, active) for other in self._others]
-        return sum(fold.squared_error(b) for fold, b in zip(self._folds, fits))
+        return sum((fold.squared_error(b) for fold, b in zip(self._folds, fits)),
+                   np.zeros(N_JOINTS))
 
-    def rms(self, squared_error: np.ndarray) -> np.ndarray:
+    def rms(self, squared_error: Array) -> Array:
         """Return the RMS (7,) [N m] of a sum of squared residuals."""
         return np.sqrt(squared_error / self.whole.count)
 
 
-def select(regressor, folds: list, weights: np.ndarray, wanted, unknown) -> Selection:
+def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
+           wanted: Collection[str], unknown: Bools) -> Selection:
     """
     Choose the terms by what they do for data that were left out.
 
@@ -97,7 +108,7 @@ def select(regressor, folds: list, weights: np.ndarray, wanted, unknown) -> Sele
                     continue
                 trial = active.copy()
                 trial[own] = True
-                together = range(N_JOINTS)
+                together: Sequence[int] = range(N_JOINTS)
                 if not shared:  # then the joints do not depend on each other
                     trial &= _acts_on(regressor, joint)
                     together = [joint]
@@ -110,7 +121,8 @@ def select(regressor, folds: list, weights: np.ndarray, wanted, unknown) -> Sele
     return Selection(active, steps)
 
 
-def _in_turn(regressor, left_out, weights, active):
+def _in_turn(regressor: Regressor, left_out: LeftOut, weights: Array,
+             active: Bools) -> Iterator[tuple[Term, slice]]:
     """Yield the terms and where they are; of Dahl's, only the one with the best length."""
     tried = set()
     for term, where in zip(regressor.terms, regressor.slices):
@@ -132,7 +144,7 @@ def _in_turn(regressor, left_out, weights, active):
         yield term, where
 
 
-def _acts_on(regressor, joint: int) -> np.ndarray:
+def _acts_on(regressor: Regressor, joint: int) -> Bools:
     mask = np.zeros(len(regressor.parameters), dtype=bool)
     mask[regressor.acting(joint)] = True
     return mask

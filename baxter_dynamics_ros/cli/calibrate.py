@@ -1,5 +1,6 @@
 """calibrate: fit the effort model to recordings of one's own robot."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from rich.table import Table
 from .outputs import output_file
 from .. import __version__
 from ..calibration.calibrate import calibrate
+from ..calibration.results import Calibration
 from ..core.joints import JOINTS
 from ..offline.parameter_file import read_parameters
 from ..offline.parameter_file import write_parameters
@@ -17,8 +19,9 @@ from ..offline.recordings import open_recordings
 from ..report.calibration import write_calibration
 
 
-def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str | None',
-        inertial: bool, payload: bool, only, command: str) -> int:
+def run(bags: Sequence[str], output: str, arm: 'str | None', topic: 'str | None',
+        params: 'str | None', inertial: bool, payload: bool, only: Sequence[str],
+        command: str) -> int:
     """
     Fit, print what it bought, and write the parameter file and the report beside it.
 
@@ -73,7 +76,7 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
     return 0
 
 
-def _comments(result, command: str) -> list:
+def _comments(result: Calibration, command: str) -> list[str]:
     """Return what a reader of the parameter file should know."""
     rows = [f'{joint}  {before:6.3f}  {after:6.3f}' for joint, before, after in zip(
         JOINTS, result.rms_before, result.rms_after)]
@@ -87,7 +90,7 @@ def _comments(result, command: str) -> list:
           else [])]
 
 
-def _print(console: Console, result):
+def _print(console: Console, result: Calibration) -> None:
     for warning in result.warnings:
         console.print(f'warning: {warning}', soft_wrap=True, highlight=False)
     if result.lag is not None:

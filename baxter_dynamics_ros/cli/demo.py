@@ -4,11 +4,13 @@ import os
 from pathlib import Path
 import signal
 import time
+from typing import Any
 
 import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import Progress
@@ -17,6 +19,8 @@ from sensor_msgs.msg import JointState
 
 from .plots import plot_effort
 from .processes import NodeProcess
+from ..core.arrays import Array
+from ..core.arrays import Indices
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import JOINTS
 from ..ros import topics
@@ -34,17 +38,19 @@ _SERVICE = 10.0  # [s] to wait for an answer
 class Observer(Node):
     """Subscribes to what any user would, and remembers it."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__('observer', namespace=NAMESPACE)
-        self.measured, self.predicted, self.residual = [], [], []
+        self.measured: list[JointState] = []
+        self.predicted: list[JointState] = []
+        self.residual: list[JointState] = []
         self._subscribe('joint_states', self.measured, topics.SUBSCRIPTION_QOS)
         self._subscribe('torque_predictor/predicted_effort', self.predicted, topics.PUBLISHER_QOS)
         self._subscribe('torque_predictor/effort_residual', self.residual, topics.PUBLISHER_QOS)
 
-    def _subscribe(self, topic, messages, qos):
+    def _subscribe(self, topic: str, messages: list[JointState], qos: QoSProfile) -> None:
         self.create_subscription(JointState, topic, messages.append, qos)
 
-    def call(self, kind, name):
+    def call(self, kind: type[Any], name: str) -> Any:
         """Return a service's answer to an empty request; None where the service is off."""
         client = self.create_client(kind, 'torque_predictor/' + name)
         if not client.wait_for_service(timeout_sec=_SERVICE):
@@ -117,7 +123,7 @@ def _writable(output: str) -> Path:
     return path
 
 
-def _await_prediction(observer: Observer, processes):
+def _await_prediction(observer: Observer, processes: list[NodeProcess]) -> None:
     limit = time.monotonic() + _FIRST_PREDICTION
     while not observer.predicted:
         rclpy.spin_once(observer, timeout_sec=0.1)
@@ -133,7 +139,7 @@ def _await_prediction(observer: Observer, processes):
                 f'{len(observer.measured)} joint states seen. The nodes said:\n{said}')
 
 
-def _watch(observer: Observer, duration: float, console: Console):
+def _watch(observer: Observer, duration: float, console: Console) -> None:
     observer.measured.clear()
     observer.predicted.clear()
     observer.residual.clear()
@@ -145,7 +151,7 @@ def _watch(observer: Observer, duration: float, console: Console):
             progress.update(task, completed=elapsed)
 
 
-def _call_services(observer: Observer) -> dict:
+def _call_services(observer: Observer) -> dict[str, Any]:
     try:
         from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
     except ImportError:
@@ -154,7 +160,7 @@ def _call_services(observer: Observer) -> dict:
             'inverse_dynamics': observer.call(InverseDynamics, 'inverse_dynamics')}
 
 
-def _series(observer: Observer, arm: str) -> dict:
+def _series(observer: Observer, arm: str) -> dict[str, Array]:
     """
     Return what was seen as time series.
 
@@ -181,7 +187,7 @@ def _series(observer: Observer, arm: str) -> dict:
     }
 
 
-def _first_difference(messages, arm: str) -> tuple:
+def _first_difference(messages: list[JointState], arm: str) -> tuple[Indices, Array]:
     """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
     intake = Intake(arm)
     settings = PredictorSettings({'arm': arm})
@@ -199,7 +205,7 @@ def _first_difference(messages, arm: str) -> tuple:
     return stamps[1:], effort - settings.effort_model.effort(tau, q, qd, qdd)
 
 
-def _print_comparison(console: Console, series: dict):
+def _print_comparison(console: Console, series: dict[str, Array]) -> None:
     console.print(f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s. RMS [N m]; '
                   'residual = measured - predicted;\nlast column: the same with the '
                   "paper's first difference", soft_wrap=True, highlight=False)
@@ -215,7 +221,7 @@ def _print_comparison(console: Console, series: dict):
     console.print(table)
 
 
-def _print_services(console: Console, answers: dict):
+def _print_services(console: Console, answers: dict[str, Any]) -> None:
     if not answers:
         console.print('services: off, for baxter_dynamics_interfaces is not installed: '
                       'pip install ./baxter_dynamics_interfaces')

@@ -1,5 +1,7 @@
 """evaluate: how well the model predicts recordings, as a report to look at."""
 
+from collections.abc import Callable
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -10,23 +12,27 @@ from rich.table import Table
 from .outputs import output_folder
 from .progress import watched
 from ..core.exceptions import BaxterDynamicsError
+from ..core.joints import BASE_FRAME
 from ..core.joints import joint_names
 from ..core.joints import JOINTS
 from ..offline.evaluation import Evaluator
 from ..offline.parameter_file import NODE
 from ..offline.parameter_file import read_parameters
+from ..offline.playback import Block
 from ..offline.recordings import open_recordings
+from ..offline.results import Evaluation
 from ..offline.writer import BagWriter
 from ..report.evaluation import Total
 from ..report.evaluation import write_evaluation
+from ..signals.predictor import Prediction
 
 # Where --save-bag puts what the node would publish.
 PREDICTED_EFFORT = f'/{NODE}/predicted_effort'
 EFFORT_RESIDUAL = f'/{NODE}/effort_residual'
 
 
-def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str | None',
-        save_bag: 'str | None', command: str) -> int:
+def run(bags: Sequence[str | Path], output: str | Path, arm: 'str | None', topic: 'str | None',
+        params: 'str | None', save_bag: 'str | None', command: str) -> int:
     """
     Evaluate recordings, print how well they are predicted, and write the report.
 
@@ -82,7 +88,7 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
                 sink = None if writer is None else _sink(writer, recording.arm)
                 evaluations.append(evaluator.evaluate(played, sink))
         # Within, so that there is no new bag without a report.
-        total = evaluations[0]
+        total: Total | Evaluation = evaluations[0]
         if len(evaluations) > 1:
             total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
         write_evaluation(folder, evaluations, total, command,
@@ -96,21 +102,25 @@ def run(bags, output: str, arm: 'str | None', topic: 'str | None', params: 'str 
     return 0
 
 
-def _sink(writer: BagWriter, arm: str):
+def _sink(writer: BagWriter, arm: str) -> Callable[[Block, Prediction], None]:
     """Return a function that writes predictions as the node publishes them."""
     names = joint_names(arm)
 
-    def write(block, prediction):
+    def write(block: Block, prediction: Prediction) -> None:
+        residuals = prediction.residual
+        assert residuals is not None  # in a block it is NaN instead
         for received, stamp, q, qd, effort, residual in zip(
                 block.received_ns.tolist(), prediction.stamp_ns.tolist(), prediction.q,
-                prediction.qd, prediction.effort, prediction.residual):
-            writer.joint_state(PREDICTED_EFFORT, stamp, names, q, qd, effort, received)
+                prediction.qd, prediction.effort, residuals):
+            writer.joint_state(PREDICTED_EFFORT, stamp, names, q, qd, effort, received,
+                               BASE_FRAME)
             if residual[0] == residual[0]:  # NaN where no effort was measured
-                writer.joint_state(EFFORT_RESIDUAL, stamp, names, q, qd, residual, received)
+                writer.joint_state(EFFORT_RESIDUAL, stamp, names, q, qd, residual, received,
+                                   BASE_FRAME)
     return write
 
 
-def _print(console: Console, evaluations, total):
+def _print(console: Console, evaluations: list[Evaluation], total: Total | Evaluation) -> None:
     for evaluation in evaluations:
         for warning in evaluation.warnings:
             console.print(f'warning: {evaluation.name}: {warning}', soft_wrap=True,

@@ -72,7 +72,7 @@ def whole_periods(trajectory: str) -> float:
 
 
 def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed: int,
-               console: Console):
+               console: Console) -> None:
     """
     Record what a fake Baxter publishes from now on, and print one line about it.
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import re
 import sys
 import tempfile
+from types import ModuleType
+from typing import Any
 
 from .outputs import output_folder
 from .. import __version__
@@ -67,7 +69,7 @@ def run(language: 'str | None', output: 'str | None', quantities: 'str | None',
         raise BaxterDynamicsError('--base-parameters prints a table: it takes no --output and no '
                                   '--quantities')
     arm = PredictorSettings(_read(params) if params else {}).arm
-    if base_parameters:
+    if base_parameters or language is None:
         _say([base_table(arm)])
         return 0
     module = _exporter(language)
@@ -98,7 +100,7 @@ def run(language: 'str | None', output: 'str | None', quantities: 'str | None',
     return 0
 
 
-def _symbols(quantities: 'str | None') -> list:
+def _symbols(quantities: 'str | None') -> list[str]:
     """Return the symbols that a list names."""
     if quantities is None:
         return list(DEFAULT_SYMBOLS)
@@ -110,14 +112,14 @@ def _symbols(quantities: 'str | None') -> list:
     return symbols
 
 
-def _command(command_line: str, symbols: list) -> str:
+def _command(command_line: str, symbols: list[str]) -> str:
     """Return the command with version and quantities, fit for a comment of any language."""
     text = f'{command_line}` of version {__version__}, quantities `{",".join(symbols)}'
     text = re.sub(r'[^ -~]|\\', '_', text)
     return re.sub(r'\*/|/\*|"""', '_', text)
 
 
-def _say(lines: list):
+def _say(lines: list[str]) -> None:
     """
     Print lines.
 
@@ -135,7 +137,7 @@ def _say(lines: list):
         raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
-def _read(path: str) -> dict:
+def _read(path: str) -> dict[str, Any]:
     try:
         from ..offline.parameter_file import read_parameters
     except ImportError as error:
@@ -143,7 +145,7 @@ def _read(path: str) -> dict:
     return read_parameters(path)
 
 
-def _exporter(language: str):
+def _exporter(language: str) -> ModuleType:
     """Return the module that writes functions in a language."""
     try:
         import_module('..closed_form.derivation', __package__)  # needs CasADi
@@ -155,7 +157,7 @@ def _exporter(language: str):
     return module
 
 
-def _placed(texts: dict, output: str, language: str) -> dict:
+def _placed(texts: dict[str, str], output: str, language: str) -> dict[Path, str]:
     """
     Return path -> text.
 
@@ -190,7 +192,7 @@ def _importable(stem: str) -> bool:
     return stem.isidentifier() and stem.isascii() and not iskeyword(stem)
 
 
-def _stale(placed: dict) -> list:
+def _stale(placed: dict[Path, str]) -> list[Path]:
     """Return our older functions beside new ones, which would be called with other numbers."""
     folder = next(iter(placed)).parent
     return sorted(path for path in folder.glob('baxter_dynamics_*.m')
@@ -212,7 +214,7 @@ def _umask() -> int:
     return result
 
 
-def _write(texts: dict):
+def _write(texts: dict[Path, str]) -> None:
     """Write all files, each in place of an old one once all are complete, or none."""
     folder = next(iter(texts)).parent
     made = [place for place in (folder, *folder.parents) if not place.exists()]

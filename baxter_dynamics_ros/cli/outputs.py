@@ -7,7 +7,7 @@ import tempfile
 from ..core.exceptions import BaxterDynamicsError
 
 
-def output_folder(option: str, output: str) -> Path:
+def output_folder(option: str, output: str | Path) -> Path:
     """
     Return the folder that an option names, which may be missing as yet, and those above it.
 
@@ -25,7 +25,7 @@ def output_folder(option: str, output: str) -> Path:
     return path
 
 
-def output_file(option: str, output: str, endings: tuple) -> Path:
+def output_file(option: str, output: str | Path, endings: tuple[str, ...]) -> Path:
     """
     Return the file that an option names, in a folder that is there.
 
@@ -46,7 +46,7 @@ def output_file(option: str, output: str, endings: tuple) -> Path:
     return path
 
 
-def _refuse_closed(option: str, folder: Path):
+def _refuse_closed(option: str, folder: Path) -> None:
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

@@ -58,7 +58,7 @@ def run_plan(output: str, arm: str, seed: int) -> int:
     return 0
 
 
-def _describe(console: Console, arm: str):
+def _describe(console: Console, arm: str) -> None:
     t = np.arange(0.0, DURATION, 0.01)
     q, qd, qdd = motion(series(arm), t)
     turns = (np.diff(np.sign(qd[1:]), axis=0) != 0).sum(axis=0)

@@ -6,6 +6,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
+from ..core.arrays import Array
 from ..core.exceptions import BaxterDynamicsError
 from ..core.joints import JOINTS
 
@@ -14,7 +15,7 @@ matplotlib.use('Agg')  # files only: no screen needed
 _MEASURED, _PREDICTED, _RESIDUAL, _DIFFERENCE = '#9aa5b1', '#0b6e99', '#b3401f', '#e4d3c8'
 
 
-def plot_effort(path: Path, series: dict, title: str):
+def plot_effort(path: Path, series: dict[str, Array], title: str) -> None:
     """
     Save a picture of measured and predicted effort and of the residual, a row a joint.
 

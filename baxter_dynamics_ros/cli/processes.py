@@ -1,5 +1,6 @@
 """Nodes as processes of their own: started, watched, and ended by their own id."""
 
+from collections.abc import Sequence
 import signal
 import subprocess
 import sys
@@ -24,7 +25,8 @@ class NodeProcess:
 
     """
 
-    def __init__(self, executable: str, arguments=(), environment: dict = None):
+    def __init__(self, executable: str, arguments: Sequence[str] = (),
+                 environment: dict[str, str] | None = None) -> None:
         self.executable = executable
         self._output = tempfile.TemporaryFile('w+')
         self._process = subprocess.Popen(
@@ -32,11 +34,11 @@ class NodeProcess:
             stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
             env=environment)
 
-    def __enter__(self):
+    def __enter__(self) -> 'NodeProcess':
         """Return this process."""
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         """End the process and forget its output."""
         self.end()
         self._output.close()

@@ -1,9 +1,17 @@
 """A progress bar beside a recording that is being read."""
 
+from collections.abc import Callable
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import Progress
+
+from ..offline.bags import BagRecording
+from ..offline.playback import Message
+from ..offline.playback import Recording
+from ..offline.recordings import ArrayRecording
+from ..offline.writer import BagWriter
 
 _EVERY = 1000  # messages between two looks at the bar
 
@@ -11,12 +19,13 @@ _EVERY = 1000  # messages between two looks at the bar
 class _Watched:
     """A recording that tells how far it was read; iterate over it like the one it stands for."""
 
-    def __init__(self, recording, messages, tell):
+    def __init__(self, recording: Recording, messages: Callable[[], Iterator[Message]],
+                 tell: Callable[[int], None]) -> None:
         self.name, self.topic, self.arm = recording.name, recording.topic, recording.arm
         self._messages = messages
         self._tell = tell
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Message]:
         for i, message in enumerate(self._messages()):
             if i % _EVERY == 0:
                 self._tell(i)
@@ -24,7 +33,8 @@ class _Watched:
 
 
 @contextmanager
-def watched(recording, console: Console, writer=None):
+def watched(recording: BagRecording | ArrayRecording, console: Console,
+            writer: BagWriter | None = None) -> Iterator[_Watched]:
     """
     Show a bar while an open recording is read.
 
@@ -42,7 +52,7 @@ def watched(recording, console: Console, writer=None):
     an object to iterate over in the recording's place
 
     """
-    def messages():
+    def messages() -> Iterator[Message]:
         return iter(recording) if writer is None else recording.copied_to(writer)
 
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

@@ -11,7 +11,7 @@ from .module import write_module
 from .sizes import table
 
 
-def main():
+def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog='python -m baxter_dynamics_ros.closed_form',
                                      description='Write core/_closed_form.py anew.')

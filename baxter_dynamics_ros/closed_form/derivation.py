@@ -4,10 +4,17 @@ From a quantity to its program: the formulation, run on CasADi's symbols.
 CasADi does the algebra (structural zeros and ones, constants).
 """
 
+from collections.abc import Callable
+from collections.abc import Sequence
+from typing import Any
+
 import casadi
 
 from .frames import N
+from .frames import Scalar
+from .frames import Scalars
 from .program import Program
+from .program import Value
 from .quantities import CONSTANTS
 from .quantities import formulate
 from .quantities import ONLY_TILTED
@@ -38,7 +45,7 @@ def program_of(quantity: Quantity, tilted: bool) -> Program:
     return trace(symbols, _flat(values))
 
 
-def trace(inputs, outputs) -> Program:
+def trace(inputs: Sequence[Any], outputs: Sequence[Any]) -> Program:
     """
     Turn expressions into a program.
 
@@ -57,7 +64,9 @@ def trace(inputs, outputs) -> Program:
     """
     function = casadi.Function('f', [casadi.vertcat(*inputs)],
                                [casadi.densify(casadi.vertcat(*outputs))])
-    program, work, results = Program(), {}, {}
+    program = Program()
+    work: dict[int, Value] = {}
+    results: dict[int, Value] = {}
     for k in range(function.n_instructions()):
         operator = function.instruction_id(k)
         read = function.instruction_input(k)
@@ -76,7 +85,7 @@ def trace(inputs, outputs) -> Program:
     return program
 
 
-_RULES = {
+_RULES: dict[int, Callable[..., Value]] = {
     casadi.OP_ADD: Program.sum,
     casadi.OP_SUB: Program.difference,
     casadi.OP_MUL: Program.product,
@@ -88,11 +97,11 @@ _RULES = {
 }
 
 
-def _symbols(name: str) -> list:
+def _symbols(name: str) -> list[casadi.SX]:
     return [casadi.SX.sym(f'{name}[{i}]') for i in range(N)]
 
 
-def _flat(values) -> list:
+def _flat(values: Scalars) -> list[Scalar]:
     if isinstance(values, (list, tuple)):
         return [scalar for value in values for scalar in _flat(value)]
     return [values]

@@ -25,6 +25,8 @@ a mass. Of link 1 only xx + yy is felt, here as xx, and, where gravity is not al
 axis, h_x and h_y.
 """
 
+from collections.abc import Iterator
+from collections.abc import Sequence
 from functools import cached_property
 
 from .frames import add
@@ -33,10 +35,16 @@ from .frames import apply
 from .frames import Frames
 from .frames import N
 from .frames import PseudoInertia
+from .frames import Rows
+from .frames import Scalar
+from .frames import Scalars
+from .frames import Twist
+from .frames import Vector
 from .frames import Wrench
 from .frames import ZERO
 from .linear import solve
 from .matrices import about_axis
+from .matrices import Acceleration
 from .matrices import acceleration
 from .matrices import acceleration_wrench
 from .matrices import axis_moment_of_transpose
@@ -73,13 +81,13 @@ class Formulation:
 
     """
 
-    def __init__(self, frames: Frames, links, up: tuple):
+    def __init__(self, frames: Frames, links: Sequence[PseudoInertia], up: Vector) -> None:
         self.frames = frames
         self.links = links
         self.up = up
 
     @cached_property
-    def composites(self) -> list:
+    def composites(self) -> list[PseudoInertia]:
         """H_1 ... H_7 without their masses, each in its body frame."""
         result = list(self.links)
         for k in range(N - 1, 0, -1):
@@ -87,7 +95,7 @@ class Formulation:
             result[k - 1] = PseudoInertia(*add(result[k - 1], moved))
         return result
 
-    def mass_matrix(self) -> list:
+    def mass_matrix(self) -> Rows:
         """Return M, eq. (6)."""
         result = _square()
         for k, h in enumerate(self.composites):
@@ -95,7 +103,7 @@ class Formulation:
                 result[i][k] = result[k][i] = p.moment[2]
         return result
 
-    def gravity(self) -> list:
+    def gravity(self) -> list[Scalar]:
         """Return G, eq. (8)."""
         result, up = [], self.up
         for k, h in enumerate(self.composites):
@@ -103,7 +111,7 @@ class Formulation:
             result.append(up[1] * h.hx - up[0] * h.hy)
         return result
 
-    def coriolis_matrix(self, qd) -> list:
+    def coriolis_matrix(self, qd: Scalars) -> Rows:
         """Return C, eq. (7): of the Christoffel symbols, so that dM/dt - 2 C is skew."""
         result = _square()
         twists = self._velocities(qd)
@@ -121,15 +129,15 @@ class Formulation:
                     result[k][i] = change + transpose[2]
         return result
 
-    def coriolis_torque(self, qd) -> list:
+    def coriolis_torque(self, qd: Scalars) -> list[Scalar]:
         """Return C qd, by the recursion of eq. (5)."""
         return self._torques(self._accelerations(qd, (0,) * N, ZERO))
 
-    def inverse_dynamics(self, qd, qdd) -> list:
+    def inverse_dynamics(self, qd: Scalars, qdd: Scalars) -> list[Scalar]:
         """Return tau, eq. (5), without forming M or C."""
         return self._torques(self._accelerations(qd, qdd, self.up))
 
-    def momentum_terms(self, qd) -> tuple:
+    def momentum_terms(self, qd: Scalars) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
         """
         Return p = M qd, C^T qd and G: dp/dt = tau + C^T qd - G, without forming M or C.
 
@@ -141,12 +149,12 @@ class Formulation:
         changes = [pair(derivative_of_axis(*twist), m) for twist, m in zip(twists, momenta)]
         return [m.moment[2] for m in momenta], changes, self.gravity()
 
-    def forward_dynamics(self, qd, tau) -> list:
+    def forward_dynamics(self, qd: Scalars, tau: Scalars) -> list[Scalar]:
         """Return qdd = M^-1 (tau - C qd - G), by M = L D L^T."""
         bias = self._torques(self._accelerations(qd, (0,) * N, self.up))
         return solve(self.mass_matrix(), [t - b for t, b in zip(tau, bias)])
 
-    def regressor(self, qd, qdd) -> list:
+    def regressor(self, qd: Scalars, qdd: Scalars) -> Rows:
         """
         Return Y, rows of 45: tau = Y phi, with a column for each base parameter.
 
@@ -154,7 +162,7 @@ class Formulation:
         """
         columns = 1 + LINK_COLUMNS * (N - 1)
         result = [[0] * (columns + 2) for _ in range(N)]
-        twists = []
+        twists: list[Twist] = []
         for link, a in enumerate(self._accelerations(qd, qdd, self.up)):
             twists = [self.frames.twist_outward(link, *twist) for twist in twists] if link else []
             twists.append(((0, 0, 1), ZERO))
@@ -167,7 +175,7 @@ class Formulation:
                     result[i][start:start + LINK_COLUMNS] = seven
         return result
 
-    def christoffel_symbols(self) -> list:
+    def christoffel_symbols(self) -> list[Rows]:
         """
         Return h of eq. (7) as h[i][k][m]: C_ik = sum_m h_ikm qd_m, symmetric in k and m.
 
@@ -188,7 +196,7 @@ class Formulation:
                     p = self.frames.affine_inward(b, p)
         return h
 
-    def inverse_dynamics_gradient(self, qd, qdd) -> tuple:
+    def inverse_dynamics_gradient(self, qd: Scalars, qdd: Scalars) -> tuple[Rows, Rows]:
         """
         Return d tau/dq and d tau/dqd.
 
@@ -220,7 +228,7 @@ class Formulation:
                 result[k][i] = change_on(changes[i], p) + turn + turn
         return result, [[c + c for c in row] for row in self.coriolis_matrix(qd)]
 
-    def _velocities(self, qd) -> list:
+    def _velocities(self, qd: Scalars) -> list[Twist]:
         """Return V_k of each link in its body frame, as twists (angular, linear)."""
         result = []
         twist = ZERO, ZERO
@@ -232,9 +240,9 @@ class Formulation:
             result.append(twist)
         return result
 
-    def _accelerations(self, qd, qdd, up) -> list:
+    def _accelerations(self, qd: Scalars, qdd: Scalars, up: Vector) -> list[Acceleration]:
         """Return A_k of each link in its body frame."""
-        result = []
+        result: list[Acceleration] = []
         omega, omega_dot, column = ZERO, ZERO, up
         for k in range(N):
             if k:
@@ -248,7 +256,7 @@ class Formulation:
             result.append(acceleration(omega, omega_dot, column))
         return result
 
-    def _motion_beyond(self, qd) -> list:
+    def _motion_beyond(self, qd: Scalars) -> list[Affine]:
         """Return D_1 ... D_7, each in its body frame."""
         result = [Affine()]
         for k in range(N - 1, 0, -1):
@@ -259,24 +267,24 @@ class Formulation:
             result.insert(0, self.frames.affine_inward(k, Affine(block, column)))
         return result
 
-    def _wrenches(self, motions) -> list:
+    def _wrenches(self, motions: list[Acceleration]) -> list[Wrench]:
         """Return the wrench of sum_{l>=k} A_l S_l for A, or V, of each link, in body frame k."""
         result = [acceleration_wrench(a, j) for a, j in zip(motions, self.links)]
         for k in range(N - 1, 0, -1):
             result[k - 1] = total(result[k - 1], self.frames.wrench_inward(k, result[k]))
         return result
 
-    def _torques(self, accelerations) -> list:
+    def _torques(self, accelerations: list[Acceleration]) -> list[Scalar]:
         return [w.moment[2] for w in self._wrenches(accelerations)]
 
-    def _wrenches_inward(self, k: int, w: Wrench):
+    def _wrenches_inward(self, k: int, w: Wrench) -> Iterator[tuple[int, Wrench]]:
         """Yield (i, the wrench of body frame k in body frame i) for i from k down to 0."""
         yield k, w
         for i in range(k, 0, -1):
             w = self.frames.wrench_inward(i, w)
             yield i - 1, w
 
-    def _vectors_inward(self, k: int, vector: tuple):
+    def _vectors_inward(self, k: int, vector: Vector) -> Iterator[tuple[int, Vector]]:
         """Yield (i, the vector of body frame k in body frame i) for i from k down to 0."""
         yield k, vector
         for i in range(k, 0, -1):
@@ -284,5 +292,5 @@ class Formulation:
             yield i - 1, vector
 
 
-def _square() -> list:
+def _square() -> Rows:
     return [[0] * N for _ in range(N)]

@@ -10,42 +10,51 @@ Scalars are floats, NumPy arrays or symbols; an absent one is the integer 0, whi
 library drops. Vectors are tuples (x, y, z), matrices tuples of rows. Indices count from 0.
 """
 
+from collections.abc import Sequence
+from typing import Any
 from typing import NamedTuple
+
+Scalar = Any
+Scalars = Sequence[Scalar]
+Vector = tuple[Scalar, ...]  # x, y, z
+Twist = tuple[Vector, Vector]  # angular, linear
+Matrix = tuple[Vector, ...]  # rows
+Rows = list[list[Scalar]]
 
 N = 7
 # Of alpha of links 1 to 6, Table II: -90 or +90 degrees.
 _ALPHA = (-1, 1, -1, 1, -1, 1)
 
-ZERO = (0, 0, 0)
-ZERO_MATRIX = (ZERO, ZERO, ZERO)
+ZERO: Vector = (0, 0, 0)
+ZERO_MATRIX: Matrix = (ZERO, ZERO, ZERO)
 
 
 class PseudoInertia(NamedTuple):
     """J of eq. (12) without a mass: second moments x x to y z, first moments h. Symmetric."""
 
-    xx: object = 0
-    yy: object = 0
-    zz: object = 0
-    xy: object = 0
-    xz: object = 0
-    yz: object = 0
-    hx: object = 0
-    hy: object = 0
-    hz: object = 0
+    xx: Scalar = 0
+    yy: Scalar = 0
+    zz: Scalar = 0
+    xy: Scalar = 0
+    xz: Scalar = 0
+    yz: Scalar = 0
+    hx: Scalar = 0
+    hy: Scalar = 0
+    hz: Scalar = 0
 
 
 class Wrench(NamedTuple):
     """What <X, xi> keeps of a matrix X: the moment about the origin and the force."""
 
-    moment: tuple = ZERO
-    force: tuple = ZERO
+    moment: Vector = ZERO
+    force: Vector = ZERO
 
 
 class Affine(NamedTuple):
     """A 4 x 4 matrix whose last row is zero: its 3 x 3 block and its last column."""
 
-    block: tuple = ZERO_MATRIX
-    column: tuple = ZERO
+    block: Matrix = ZERO_MATRIX
+    column: Vector = ZERO
 
 
 class Frames:
@@ -61,22 +70,22 @@ class Frames:
 
     """
 
-    def __init__(self, sine, cosine, lengths):
+    def __init__(self, sine: Scalars, cosine: Scalars, lengths: Sequence[Scalars]) -> None:
         self._turns = list(zip(sine, cosine))
         self._lengths = lengths
 
-    def shift(self, k: int) -> tuple:
+    def shift(self, k: int) -> Vector:
         """Return where body frame k + 1 has its origin, in body frame k."""
         a, d = self._lengths[k]
         return a, 0, d
 
-    def outward(self, k: int, v: tuple) -> tuple:
+    def outward(self, k: int, v: Vector) -> Vector:
         """Turn a vector from body frame k - 1, for k = 0 from frame {0}, to body frame k."""
         s, c = self._turns[k]
         x, y, z = _swap(-_ALPHA[k - 1], v) if k else v
         return c * x + s * y, c * y - s * x, z
 
-    def inward(self, k: int, v: tuple) -> tuple:
+    def inward(self, k: int, v: Vector) -> Vector:
         """Turn a vector from body frame k to body frame k - 1."""
         s, c = self._turns[k]
         x, y, z = v
@@ -88,7 +97,7 @@ class Frames:
         moment = self.inward(k, wrench.moment)
         return Wrench(add(moment, cross(self.shift(k - 1), force)), force)
 
-    def twist_outward(self, k: int, angular: tuple, linear: tuple) -> tuple:
+    def twist_outward(self, k: int, angular: Vector, linear: Vector) -> Twist:
         """Express a twist (angular, linear) of body frame k - 1 in body frame k."""
         linear = add(linear, cross(angular, self.shift(k - 1)))
         return self.outward(k, angular), self.outward(k, linear)
@@ -120,34 +129,34 @@ class Frames:
         xz, yz = c * xz - s * yz, s * xz + c * yz
         zx, zy = c * zx - s * zy, s * zx + c * zy
         sign = _ALPHA[k - 1]
-        block = ((xx, -sign * xz, sign * xy), (-sign * zx, zz, -zy), (sign * yx, -yz, yy))
+        block: Matrix = ((xx, -sign * xz, sign * xy), (-sign * zx, zz, -zy), (sign * yx, -yz, yy))
         column = self.inward(k, matrix.column)
         a, _, d = self.shift(k - 1)
         block = tuple((x + a * h, y, z + d * h) for (x, y, z), h in zip(block, column))
         return Affine(block, column)
 
 
-def add(x: tuple, y: tuple) -> tuple:
+def add(x: Vector, y: Vector) -> Vector:
     """Return x + y, element by element."""
     return tuple(i + j for i, j in zip(x, y))
 
 
-def cross(x: tuple, y: tuple) -> tuple:
+def cross(x: Vector, y: Vector) -> Vector:
     """Return x cross y."""
     return x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]
 
 
-def dot(x: tuple, y: tuple):
+def dot(x: Vector, y: Vector) -> Scalar:
     """Return x . y."""
     return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 
 
-def apply(matrix: tuple, v: tuple) -> tuple:
+def apply(matrix: Matrix, v: Vector) -> Vector:
     """Return the product of a matrix and a vector."""
     return tuple(dot(row, v) for row in matrix)
 
 
-def _swap(sign: int, v: tuple) -> tuple:
+def _swap(sign: int, v: Vector) -> Vector:
     """Turn by sign * 90 degrees about x."""
     x, y, z = v
     return x, -sign * z, sign * y

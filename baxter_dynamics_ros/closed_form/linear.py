@@ -1,7 +1,11 @@
 """A symmetric system of equations, on scalars of any kind."""
 
+from .frames import Rows
+from .frames import Scalar
+from .frames import Scalars
 
-def solve(m: list, right: list) -> list:
+
+def solve(m: Rows, right: Scalars) -> list[Scalar]:
     """Return m^-1 right for a symmetric positive definite m, which is overwritten."""
     x = list(right)
     inverse = [0] * len(x)

@@ -7,7 +7,11 @@ from .frames import Affine
 from .frames import apply
 from .frames import cross
 from .frames import dot
+from .frames import Matrix
 from .frames import PseudoInertia
+from .frames import Scalar
+from .frames import Twist
+from .frames import Vector
 from .frames import Wrench
 from .frames import ZERO
 
@@ -15,12 +19,12 @@ from .frames import ZERO
 class Acceleration(NamedTuple):
     """A_l of eq. (5), in body frame l: an affine matrix, and what its diagonal differs by."""
 
-    block: tuple  # dW/dt + W W, with W = skew(omega)
-    column: tuple  # acceleration of the origin, less gravity
-    spread: tuple  # zz - yy, xx - zz, yy - xx of the block
+    block: Matrix  # dW/dt + W W, with W = skew(omega)
+    column: Vector  # acceleration of the origin, less gravity
+    spread: Vector  # zz - yy, xx - zz, yy - xx of the block
 
 
-def acceleration(omega: tuple, omega_dot: tuple, column: tuple) -> Acceleration:
+def acceleration(omega: Vector, omega_dot: Vector, column: Vector) -> Acceleration:
     """Return A of a body that turns with omega and omega_dot."""
     (x, y, z), (dx, dy, dz) = omega, omega_dot
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
@@ -29,7 +33,7 @@ def acceleration(omega: tuple, omega_dot: tuple, column: tuple) -> Acceleration:
     return Acceleration(block, column, (zz - yy, xx - zz, yy - xx))
 
 
-def twist_matrix(omega: tuple, velocity: tuple) -> Acceleration:
+def twist_matrix(omega: Vector, velocity: Vector) -> Acceleration:
     """Return V of a body's twist, as what can stand for A: its diagonal is zero."""
     x, y, z = omega
     return Acceleration(((0, -z, y), (z, 0, -x), (-y, x, 0)), velocity, ZERO)
@@ -43,7 +47,7 @@ def change_with_axis(a: Acceleration) -> Acceleration:
     return Acceleration(block, (a.column[1], -a.column[0], 0), (sum_, sum_, -(sum_ + sum_)))
 
 
-def derivative_of_axis(omega: tuple, velocity: tuple) -> tuple:
+def derivative_of_axis(omega: Vector, velocity: Vector) -> Twist:
     """Return dxi/dt = V xi - xi V in the joint's body frame, as a twist (angular, linear)."""
     return (omega[1], -omega[0], 0), (velocity[1], -velocity[0], 0)
 
@@ -53,7 +57,7 @@ def turned(j: PseudoInertia) -> Affine:
     return Affine(((-j.xy, -j.yy, -j.yz), (j.xx, j.xy, j.xz), ZERO), (-j.hy, j.hx, 0))
 
 
-def spun(omega: tuple, matrix: Affine) -> Affine:
+def spun(omega: Vector, matrix: Affine) -> Affine:
     """Return V X, where the velocity in V meets the zeros of X's last row."""
     columns = [cross(omega, column) for column in zip(*matrix.block)]
     return Affine(tuple(zip(*columns)), cross(omega, matrix.column))
@@ -71,7 +75,7 @@ def axis_wrench(matrix: Affine) -> Wrench:
     return Wrench((-xz, -yz, xx + yy), (-matrix.column[1], matrix.column[0], 0))
 
 
-def axis_moment_of_transpose(matrix: Affine) -> tuple:
+def axis_moment_of_transpose(matrix: Affine) -> Vector:
     """Return the moment of xi X^T, which has no force; that of X xi^T is its opposite."""
     (xx, _, _), (_, yy, _), (zx, zy, _) = matrix.block
     return -zx, -zy, xx + yy
@@ -87,8 +91,8 @@ def acceleration_wrench(a: Acceleration, j: PseudoInertia) -> Wrench:
     return Wrench(add(moment, cross(first, a.column)), apply(a.block, first))
 
 
-def moment_of_moving_transpose(omega: tuple, velocity: tuple, h: PseudoInertia,
-                               d: Affine) -> tuple:
+def moment_of_moving_transpose(omega: Vector, velocity: Vector, h: PseudoInertia,
+                               d: Affine) -> Vector:
     """Return the moment of xi B^T, for B = V H + D."""
     (wx, wy, _), (vx, vy, vz) = omega, velocity
     x, y, z = axis_moment_of_transpose(d)
@@ -97,18 +101,18 @@ def moment_of_moving_transpose(omega: tuple, velocity: tuple, h: PseudoInertia,
             z + (wy * h.xz - wx * h.yz + vx * h.hx + vy * h.hy))
 
 
-def unit_torques(twist: tuple, a) -> list:
+def unit_torques(twist: Twist, a: Acceleration) -> list[Scalar]:
     """Return what xx yy xy xz yz hx hy of a link, one at a time, ask of the joint of a twist."""
     units = (PseudoInertia(**{name: 1}) for name in ('xx', 'yy', 'xy', 'xz', 'yz', 'hx', 'hy'))
     return [pair(twist, acceleration_wrench(a, unit)) for unit in units]
 
 
-def pair(twist: tuple, w: Wrench):
+def pair(twist: Twist, w: Wrench) -> Scalar:
     """Return <X, xi>, of the wrench of X."""
     return dot(twist[0], w.moment) + dot(twist[1], w.force)
 
 
-def change_on(change, p: Affine):
+def change_on(change: Acceleration, p: Affine) -> Scalar:
     """Return <X, P>, for the change of an acceleration, whose diagonal is (t, -t, 0)."""
     (t, xy, xz), (_, _, yz), (zx, zy, _) = change.block
     b = p.block
@@ -121,6 +125,6 @@ def total(x: Wrench, y: Wrench) -> Wrench:
     return Wrench(add(x.moment, y.moment), add(x.force, y.force))
 
 
-def about_axis(v: tuple) -> tuple:
+def about_axis(v: Vector) -> Vector:
     """Return z cross v."""
     return -v[1], v[0], 0

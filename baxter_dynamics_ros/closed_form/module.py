@@ -1,5 +1,7 @@
 """Write ``core/_closed_form.py``: the one generated module."""
 
+from collections.abc import Callable
+from collections.abc import Iterable
 from math import prod
 from pathlib import Path
 from textwrap import fill
@@ -54,7 +56,7 @@ def module_text() -> str:
     return ''.join(parts)
 
 
-def write_module(path: Path = PATH):
+def write_module(path: Path = PATH) -> None:
     """Write the module in place of the old one, once it is complete."""
     sibling = path.with_suffix('.partial')
     sibling.write_text(module_text(), encoding='utf-8')
@@ -91,7 +93,7 @@ def _function(name: str, quantity: Quantity, tilted: bool) -> str:
 
 def _rows(name: str, quantity: Quantity) -> str:
     """Return the functions for arrays: of one state, and of many, a row each."""
-    def seven(array):
+    def seven(array: str) -> str:
         return f'({", ".join(f"{array}[{k}]" for k in range(7))})'
 
     numbers = _tuple('numbers = ', [f'constants[{k}]' for k in range(len(CONSTANTS))])
@@ -112,7 +114,8 @@ def _rows(name: str, quantity: Quantity) -> str:
     return ''.join('\n\n' + '\n'.join(lines) + '\n' for lines in (one, many))
 
 
-def _tuple(start: str, names, text=str, end: str = '') -> str:
+def _tuple(start: str, names: Iterable[str], text: Callable[[str], str] = str,
+           end: str = '') -> str:
     inside = fill(', '.join(text(name) for name in names), 90, initial_indent='    ',
                   subsequent_indent='    ')
     if len(inside) <= 90:

@@ -6,6 +6,10 @@ the sums. A value is a pair (sign, index of its node).
 """
 
 from collections import Counter
+from typing import Any
+
+Value = tuple[int, int]
+Node = tuple[str, Any, Any]
 
 OPERATORS = {'+', '-', '*', '/'}
 
@@ -24,12 +28,12 @@ class Program:
 
     """
 
-    def __init__(self):
-        self.nodes = []
-        self.outputs = []
-        self._index = {}
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.outputs: list[Value] = []
+        self._index: dict[Node, int] = {}
 
-    def counts(self) -> Counter:
+    def counts(self) -> Counter[str]:
         """Return how many of each operator the outputs need."""
         used = Counter(self.nodes[n][0] for n in self.used())
         return Counter({operator: used[operator] for operator in OPERATORS})
@@ -38,7 +42,7 @@ class Program:
         """Return additions, subtractions, multiplications and divisions together."""
         return sum(self.counts().values())
 
-    def used(self) -> list:
+    def used(self) -> list[int]:
         """Return the indices of the nodes that the outputs need, in order."""
         wanted = {n for _, n in self.outputs}
         for n in range(len(self.nodes) - 1, -1, -1):
@@ -46,19 +50,19 @@ class Program:
                 wanted.update(self.nodes[n][1:])
         return sorted(wanted)
 
-    def input(self, name: str) -> tuple:  # noqa: A003
+    def input(self, name: str) -> Value:  # noqa: A003
         """Return the value of an input."""
         return 1, self._node('input', name)
 
-    def number(self, value: float) -> tuple:
+    def number(self, value: float) -> Value:
         """Return the value of a number."""
         return (-1 if value < 0 else 1), self._node('number', abs(value))
 
-    def negative(self, x: tuple) -> tuple:
+    def negative(self, x: Value) -> Value:
         """Return -x."""
         return -x[0], x[1]
 
-    def sum(self, x: tuple, y: tuple) -> tuple:  # noqa: A003
+    def sum(self, x: Value, y: Value) -> Value:  # noqa: A003
         """Return x + y."""
         zero = self.number(0.0)[1]
         if zero in (x[1], y[1]):
@@ -68,21 +72,21 @@ class Program:
             return 1, zero
         return sign, self._node('+' if sign == other else '-', left, right)
 
-    def difference(self, x: tuple, y: tuple) -> tuple:
+    def difference(self, x: Value, y: Value) -> Value:
         """Return x - y."""
         return self.sum(x, self.negative(y))
 
-    def product(self, x: tuple, y: tuple) -> tuple:
+    def product(self, x: Value, y: Value) -> Value:
         """Return x y."""
         return x[0] * y[0], self._node('*', *sorted((x[1], y[1])))
 
-    def quotient(self, x: tuple, y: tuple) -> tuple:
+    def quotient(self, x: Value, y: Value) -> Value:
         """Return x / y, as a product with the inverse, which serves all that divide by y."""
         one = self.number(1.0)
         inverse = y[0], self._node('/', one[1], y[1])
         return inverse if x == one else self.product(x, inverse)
 
-    def _node(self, operator: str, left, right=None) -> int:
+    def _node(self, operator: str, left: str | float, right: int | None = None) -> int:
         key = operator, left, right
         if key not in self._index:
             self._index[key] = len(self.nodes)

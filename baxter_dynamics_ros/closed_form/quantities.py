@@ -1,11 +1,15 @@
 """What the closed form can be asked for: inputs, shapes, units and sources, in one table."""
 
+from collections.abc import Callable
+from typing import Any
 from typing import NamedTuple
 
 from .formulation import Formulation
 from .frames import Frames
 from .frames import N
 from .frames import PseudoInertia
+from .frames import Scalar
+from .frames import Scalars
 from ..core.base_parameters import LENGTH_NAMES
 from ..core.base_parameters import NAMES
 from ..core.base_parameters import TILTED_NAMES
@@ -15,7 +19,7 @@ class Output(NamedTuple):
     """One array that a quantity returns."""
 
     symbol: str
-    shape: tuple
+    shape: tuple[int, ...]
     unit: str
     text: str
 
@@ -24,9 +28,9 @@ class Quantity(NamedTuple):
     """A quantity of the closed form."""
 
     name: str  # as in BaxterArm
-    inputs: tuple  # of 'qd', 'qdd', 'tau'; every quantity depends on q
-    outputs: tuple  # of Output
-    compute: object  # callable (formulation, *inputs): an output, or a tuple of them
+    inputs: tuple[str, ...]  # of 'qd', 'qdd', 'tau'; every quantity depends on q
+    outputs: tuple[Output, ...]
+    compute: Callable[..., Any]  # (formulation, *inputs): an output, or a tuple of them
 
 
 _M = Output('M', (N, N), 'kg m^2', 'mass matrix, eq. (6)')
@@ -74,7 +78,7 @@ CONSTANTS = (*TILTED_NAMES, *LENGTH_NAMES, *UP_NAMES)
 ONLY_TILTED = (*TILTED_NAMES[len(NAMES):], *UP_NAMES[:2])
 
 
-def formulate(sine, cosine, constants: dict) -> Formulation:
+def formulate(sine: Scalars, cosine: Scalars, constants: dict[str, Scalar]) -> Formulation:
     """
     Return the formulation at one configuration.
 

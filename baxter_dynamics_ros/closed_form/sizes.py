@@ -4,18 +4,26 @@ How large each form of M, C and G is: from the paper's expanded equations to our
 ``python -m baxter_dynamics_ros.closed_form sizes`` prints the table.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import casadi
 import numpy as np
+from numpy.typing import NDArray
 
 from .derivation import program_of
 from .derivation import trace
 from .frames import N
+from .frames import Rows
+from .frames import Scalar
+from .frames import Scalars
 from .program import Program
 from .quantities import QUANTITIES
 from .quantities import Quantity
 from ..core import paper_tables
+
+Objects = NDArray[np.object_]
+_Symbols = dict[tuple[int, int, int], Scalar]
 
 _Q = np.zeros((4, 4), object)  # eq. (11)
 _Q[0, 1], _Q[1, 0] = -1, 1
@@ -36,11 +44,11 @@ class _Tally:
 
     additions = multiplications = 0
 
-    def __add__(self, other):
+    def __add__(self, other: object) -> '_Tally':
         _Tally.additions += 1
         return self
 
-    def __mul__(self, other):
+    def __mul__(self, other: object) -> '_Tally':
         _Tally.multiplications += 1
         return self
 
@@ -55,9 +63,9 @@ def expanded_terms() -> int:
     +-90 degrees or 0, and J of eq. (12) is full.
     """
     links = [(np.array(a) != 0).astype(int).astype(object) for a in _pattern()]
-    axis = abs(_Q)
+    axis: Objects = np.abs(_Q)
     mass, symbols, gravity = _equations(links, axis, [np.ones((4, 4), int).astype(object)] * N)
-    return sum(mass.flat) + sum(symbols.values()) + sum(gravity)
+    return sum(mass.ravel()) + sum(symbols.values()) + sum(gravity)
 
 
 def dense_operations() -> Size:
@@ -93,7 +101,7 @@ def symbolic_operations() -> Size:
                  trace(symbols, outputs))
 
 
-def body_frame_sizes() -> list:
+def body_frame_sizes() -> list[Size]:
     """Return the sizes of our formulation's quantities, gravity along the axis of joint 1."""
     both = Quantity('', (), (), lambda f: (f.mass_matrix(), f.christoffel_symbols()))
     rows = [('M, C and G, in body frames (ours)', QUANTITIES['terms']),
@@ -128,7 +136,7 @@ def _size(form: str, program: Program) -> Size:
     return Size(form, additions, multiplications, additions + multiplications)
 
 
-def _pattern(sine=(1,) * N, cosine=(1,) * N) -> list:
+def _pattern(sine: Scalars = (1,) * N, cosine: Scalars = (1,) * N) -> list[Rows]:
     """Return eq. (2) of each link: its entries, but for the lengths in the last column."""
     result = []
     for i, (d, a, alpha, _) in enumerate(paper_tables.TABLE_II):
@@ -139,12 +147,13 @@ def _pattern(sine=(1,) * N, cosine=(1,) * N) -> list:
     return result
 
 
-def _lengths(i: int) -> list:
+def _lengths(i: int) -> list[list[str | None]]:
     """Return which length multiplies each entry of eq. (2)."""
     return [[None] * 3 + ['a'], [None] * 3 + ['a'], [None] * 3 + ['d'], [None] * 4]
 
 
-def _equations(links, axis, pseudo, triangle: bool = False) -> tuple:
+def _equations(links: list[Objects], axis: Objects, pseudo: list[Objects],
+               triangle: bool = False) -> tuple[Objects, _Symbols, list[Scalar]]:
     """
     Return M, {(i, k, m): h_ikm, k <= m} and G of eqs. (6) to (8), each product formed once.
 
@@ -179,20 +188,20 @@ def _equations(links, axis, pseudo, triangle: bool = False) -> tuple:
     return mass, h, gravity
 
 
-def _christoffel_matrix(h: dict, rates) -> np.ndarray:
+def _christoffel_matrix(h: _Symbols, rates: Scalars) -> Objects:
     result = np.zeros((N, N), object)
     for i in range(N):
         for k in range(N):
-            result[i, k] = _sum(h[(i, *sorted((k, m)))] * rates[m] for m in range(N))
+            result[i, k] = _sum(h[i, min(k, m), max(k, m)] * rates[m] for m in range(N))
     return result
 
 
-def _trace(x: np.ndarray, y: np.ndarray):
+def _trace(x: Objects, y: Objects) -> Scalar:
     """Return Tr(x y^T)."""
     return _sum(x[i].dot(y[i]) for i in range(4))
 
 
-def _sum(values):
+def _sum(values: Iterable[Scalar]) -> Scalar:
     values = list(values)
     result = values[0]
     for value in values[1:]:
@@ -200,7 +209,7 @@ def _sum(values):
     return result
 
 
-def _matrix(rows) -> np.ndarray:
+def _matrix(rows: Rows) -> Objects:
     result = np.empty((len(rows), len(rows[0])), object)
     for i, row in enumerate(rows):
         for j, entry in enumerate(row):

@@ -1,15 +1,19 @@
 """The text of a program: assignments in infix notation, which many languages read alike."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 from .program import OPERATORS
 from .program import Program
 
+_Statement = tuple[str | None, int, int]  # target, or None for a temporary; sign; node
+
 _PRECEDENCE = {'+': 1, '-': 1, '*': 2, '/': 2}
 
 
-def assignments(program: Program, outputs, names: dict = None, reuse: bool = False,
-                longest: int = 16, prefix: str = 't') -> list:
+def assignments(program: Program, outputs: Sequence[str], names: dict[str, str] | None = None,
+                reuse: bool = False, longest: int = 16,
+                prefix: str = 't') -> list[tuple[str, str]]:
     """
     Write a program as assignments, (name, expression) in order.
 
@@ -35,7 +39,7 @@ def assignments(program: Program, outputs, names: dict = None, reuse: bool = Fal
 
 class _Writer:
 
-    def __init__(self, program: Program, names: dict, longest: int):
+    def __init__(self, program: Program, names: dict[str, str], longest: int) -> None:
         self.nodes = list(program.nodes)
         self.used = program.used()
         self.outputs = list(program.outputs)
@@ -47,18 +51,20 @@ class _Writer:
         self._turn_negative_outputs()
         self.named = self._choose_names(longest)
 
-    def write(self, targets, reuse: bool, prefix: str) -> list:
-        statements = []  # (target or None, sign, node), each as soon as it can be
-        outputs = {}
-        for target, (sign, n) in zip(targets, self.outputs):
-            outputs.setdefault(n, []).append((target, sign, n))
+    def write(self, targets: Sequence[str], reuse: bool, prefix: str) -> list[tuple[str, str]]:
+        statements: list[_Statement] = []  # each as soon as it can be
+        outputs: dict[int, list[_Statement]] = {}
+        for output, (sign, n) in zip(targets, self.outputs):
+            outputs.setdefault(n, []).append((output, sign, n))
         for n in self.used:
             if n in self.named:
                 statements.append((None, 1, n))
             statements += outputs.get(n, [])
         last = {leaf: i for i, statement in enumerate(statements)
                 for leaf in self._read_by(*statement)}
-        names, free, count, result = {}, [], 0, []
+        names: dict[int, str] = {}
+        free: list[str] = []
+        count, result = 0, []
         for i, (target, sign, n) in enumerate(statements):
             text = self._text(n, 0 if sign > 0 else 2, names, inside=target is None)
             if reuse:
@@ -72,11 +78,11 @@ class _Writer:
             result.append((target, text if sign > 0 else f'-{text}'))
         return result
 
-    def _read_by(self, target, _, n: int) -> set:
+    def _read_by(self, target: str | None, _: int, n: int) -> set[int]:
         """Return the named nodes that a statement reads."""
         return self._leaves(n) if target is None else self._leaves_of(n)
 
-    def _turn_negative_outputs(self):
+    def _turn_negative_outputs(self) -> None:
         """Swap differences where that spares an output its minus sign."""
         inner = Counter(m for n in self.used if self.nodes[n][0] in OPERATORS
                         for m in self.nodes[n][1:])
@@ -94,7 +100,7 @@ class _Writer:
                   and left != right and self._can_turn(m)]
         return len(single) == 2 if operator == '+' else bool(single)
 
-    def _turn(self, n: int):
+    def _turn(self, n: int) -> None:
         operator, left, right = self.nodes[n]
         if operator == '-':
             self.nodes[n] = operator, right, left
@@ -104,9 +110,10 @@ class _Writer:
         else:
             self._turn(left if self.uses[left] == 1 and self._can_turn(left) else right)
 
-    def _choose_names(self, longest: int) -> set:
+    def _choose_names(self, longest: int) -> set[int]:
         """Return the nodes that are assigned to a name; others stand where they are used."""
-        sizes, named = {}, set()
+        sizes: dict[int, int] = {}
+        named: set[int] = set()
         twice = {n for n, times in Counter(n for _, n in self.outputs).items() if times > 1}
         for n in self.used:
             if self.nodes[n][0] not in OPERATORS:
@@ -114,7 +121,7 @@ class _Writer:
                 continue
             operands = self.nodes[n][1:]
             if sum(sizes[m] for m in operands) > longest:
-                for m in sorted(operands, key=sizes.get)[::-1]:
+                for m in sorted(operands, key=sizes.__getitem__)[::-1]:
                     if self.nodes[m][0] in OPERATORS:
                         named.add(m)
                         sizes[m] = 1
@@ -126,19 +133,20 @@ class _Writer:
                 sizes[n] = 1
         return named
 
-    def _leaves(self, n: int) -> set:
+    def _leaves(self, n: int) -> set[int]:
         """Return the named nodes in the expression of a named node."""
         return {leaf for m in self.nodes[n][1:] for leaf in self._leaves_of(m)}
 
-    def _leaves_of(self, n: int) -> set:
+    def _leaves_of(self, n: int) -> set[int]:
         if n in self.named:
             return {n}
         return self._leaves(n) if self.nodes[n][0] in OPERATORS else set()
 
-    def _text(self, n: int, precedence: int, names: dict, inside: bool = False) -> str:
+    def _text(self, n: int, precedence: int, names: dict[int, str], inside: bool = False) -> str:
         operator, left, right = self.nodes[n]
         if operator == 'input':
-            return self.names.get(left, left)
+            name: str = left
+            return self.names.get(name, name)
         if operator == 'number':
             return repr(left)
         if n in names and not inside:

@@ -1,10 +1,17 @@
 """BaxterArm: the closed-form dynamics of one Baxter arm, for people to use."""
 
+from collections.abc import Callable
+from collections.abc import Sequence
 from math import isfinite
+from typing import Any
+from typing import cast
+from typing import TypeVar
 
 import numpy as np
 
 from . import paper_tables
+from .arrays import Array
+from .arrays import ArrayLike
 from .closed_form import AUTO
 from .closed_form import ClosedForm
 from .composite import CompositeDynamics
@@ -16,6 +23,7 @@ from .parameters import Payload
 from .validation import finite
 from .validation import finite_batch
 
+_T = TypeVar('_T')
 _STATE = (N_JOINTS,)
 _FLOAT = np.dtype(float)
 _BLOCK = 4096  # states computed at a time, by what does not make its own blocks
@@ -67,8 +75,9 @@ class BaxterArm:
 
     """
 
-    def __init__(self, payload: Payload = None, gravity=paper_tables.GRAVITY, mount=None,
-                 parameters: ArmParameters = None, engine: str = AUTO):
+    def __init__(self, payload: Payload | None = None, gravity: ArrayLike = paper_tables.GRAVITY,
+                 mount: ArrayLike | None = None, parameters: ArmParameters | None = None,
+                 engine: str = AUTO) -> None:
         self.payload = _instance('payload', payload, Payload, Payload)
         self.parameters = _instance('parameters', parameters, ArmParameters, paper_parameters)
         self.gravity_vector = finite('gravity', gravity, (3,)).copy()  # base frame [m/s^2]
@@ -82,16 +91,16 @@ class BaxterArm:
         self.composite = CompositeDynamics(self.parameters, pseudo_inertia, in_frame_0)
         self.base_parameters = self.dynamics.base_parameters
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type['BaxterArm'], tuple[Any, ...]]:
         """Pickle and copy what the arm was made of."""
         return BaxterArm, (self.payload, self.gravity_vector, self.mount, self.parameters,
                            self._engine)
 
-    def mass_matrix(self, q) -> np.ndarray:
+    def mass_matrix(self, q: ArrayLike) -> Array:
         """Return M(q), (..., 7, 7) [kg m^2]: symmetric, positive definite. Eq. (6)."""
         return _apply(self.dynamics.mass_matrix, q=q)
 
-    def coriolis_matrix(self, q, qd) -> np.ndarray:
+    def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Array:
         """
         Return C(q, qd), (..., 7, 7) [kg m^2/s], eq. (7).
 
@@ -99,15 +108,15 @@ class BaxterArm:
         """
         return _apply(self.dynamics.coriolis_matrix, q=q, qd=qd)
 
-    def coriolis_torque(self, q, qd) -> np.ndarray:
+    def coriolis_torque(self, q: ArrayLike, qd: ArrayLike) -> Array:
         """Return C(q, qd) qd, (..., 7) [N m], cheaper than by the matrix."""
         return _apply(self.dynamics.coriolis_torque, q=q, qd=qd)
 
-    def gravity(self, q) -> np.ndarray:
+    def gravity(self, q: ArrayLike) -> Array:
         """Return G(q), (..., 7) [N m]: the torques that hold the arm still. Eq. (8)."""
         return _apply(self.dynamics.gravity, q=q)
 
-    def terms(self, q, qd) -> tuple:
+    def terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
         Return M(q), C(q, qd) and G(q) together, cheaper than one by one.
 
@@ -119,7 +128,7 @@ class BaxterArm:
         """
         return _apply(self.dynamics.terms, q=q, qd=qd)
 
-    def torque_terms(self, q, qd) -> tuple:
+    def torque_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
         Return M(q), C(q, qd) qd and G(q) together: what a controller needs, without the matrix C.
 
@@ -131,7 +140,7 @@ class BaxterArm:
         """
         return _apply(self.dynamics.torque_terms, q=q, qd=qd)
 
-    def momentum_terms(self, q, qd) -> tuple:
+    def momentum_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
         Return p = M(q) qd, C(q, qd)^T qd and G(q) together, without forming M or C.
 
@@ -145,15 +154,16 @@ class BaxterArm:
         """
         return _apply(self.dynamics.momentum_terms, q=q, qd=qd)
 
-    def inverse_dynamics(self, q, qd, qdd) -> np.ndarray:
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
         """Return tau = M(q) qdd + C(q, qd) qd + G(q), (..., 7) [N m]. Eq. (5)."""
         return _apply(self.dynamics.inverse_dynamics, q=q, qd=qd, qdd=qdd)
 
-    def forward_dynamics(self, q, qd, tau) -> np.ndarray:
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Array:
         """Return qdd = M(q)^-1 (tau - C(q, qd) qd - G(q)), (..., 7) [rad/s^2]."""
         return _apply(self.dynamics.forward_dynamics, q=q, qd=qd, tau=tau)
 
-    def inverse_dynamics_gradient(self, q, qd, qdd) -> tuple:
+    def inverse_dynamics_gradient(self, q: ArrayLike, qd: ArrayLike,
+                                  qdd: ArrayLike) -> tuple[Array, Array]:
         """
         Return the derivatives of tau by q and by qd; that by qdd is M.
 
@@ -165,20 +175,20 @@ class BaxterArm:
         """
         return _apply(self.dynamics.inverse_dynamics_gradient, q=q, qd=qd, qdd=qdd)
 
-    def christoffel_symbols(self, q) -> np.ndarray:
+    def christoffel_symbols(self, q: ArrayLike) -> Array:
         """Return h_ikm of eq. (7), (..., 7, 7, 7) [kg m^2]: C_ik = sum over m of h_ikm qd_m."""
         return _apply(self.dynamics.christoffel_symbols, q=q)
 
-    def regressor(self, q, qd, qdd) -> np.ndarray:
+    def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
         """Return Y, (..., 7, 43) or (..., 7, 45): tau = Y phi, phi the ``base_parameters``."""
         return _apply(self.dynamics.regressor, q=q, qd=qd, qdd=qdd)
 
-    def forward_kinematics(self, q) -> np.ndarray:
+    def forward_kinematics(self, q: ArrayLike) -> Array:
         """Return the pose of the hand in the base frame, (..., 4, 4), translation in m."""
         return _blockwise(lambda q: self.mount @ self.composite.transforms(q)[..., -1, :, :],
                           _joints('q', q))
 
-    def jacobian(self, q) -> np.ndarray:
+    def jacobian(self, q: ArrayLike) -> Array:
         """
         Return the geometric Jacobian of the hand in the base frame, (..., 6, 7).
 
@@ -187,7 +197,7 @@ class BaxterArm:
         """
         return _blockwise(self._jacobian, _joints('q', q))
 
-    def _jacobian(self, q):
+    def _jacobian(self, q: Array) -> Array:
         transforms = self.composite.transforms(q)
         xi = self.composite.twists(transforms)
         hand = transforms[..., -1, :, 3]
@@ -198,7 +208,7 @@ class BaxterArm:
                                rotation @ np.swapaxes(angular, -1, -2)], axis=-2)
 
 
-def _instance(name: str, value, kind: type, default):
+def _instance(name: str, value: object, kind: type[_T], default: Callable[[], _T]) -> _T:
     if value is None:
         return default()
     if not isinstance(value, kind):
@@ -206,36 +216,38 @@ def _instance(name: str, value, kind: type, default):
     return value
 
 
-def _joints(name: str, value) -> np.ndarray:
+def _joints(name: str, value: ArrayLike) -> Array:
     return finite_batch(name, value, N_JOINTS)
 
 
-def _apply(function, **arguments):
+def _apply(function: Callable[..., _T], **arguments: ArrayLike) -> _T:
     """
     Call ``function``, which takes (7,) or (n, 7), on the named arguments (..., 7).
 
     They are validated, and their leading axes broadcast against each other.
     """
-    arrays = arguments.values()
-    if all(map(_is_state, arrays)):  # the common case, in a fraction of the time
-        return function(*arrays)
+    values = arguments.values()
+    if all(map(_is_state, values)):  # the common case, in a fraction of the time
+        return function(*values)
     arrays = _broadcast(arguments)
     if arrays[0].ndim <= 2:
         return function(*arrays)
     shape = arrays[0].shape[:-1]
-    result = function(*(array.reshape(-1, N_JOINTS) for array in arrays))
+    result: Any = function(*(array.reshape(-1, N_JOINTS) for array in arrays))
     if isinstance(result, tuple):
-        return tuple(part.reshape(shape + part.shape[1:]) for part in result)
-    return result.reshape(shape + result.shape[1:])
+        result = tuple(part.reshape(shape + part.shape[1:]) for part in result)
+    else:
+        result = result.reshape(shape + result.shape[1:])
+    return cast(_T, result)
 
 
-def _is_state(value) -> bool:
+def _is_state(value: object) -> bool:
     """Return whether there is nothing to convert or to refuse."""
     return (type(value) is np.ndarray and value.shape == _STATE and value.dtype is _FLOAT
             and isfinite(value.dot(value)))
 
 
-def _broadcast(arguments: dict) -> list:
+def _broadcast(arguments: dict[str, ArrayLike]) -> Sequence[Array]:
     """Validate the named arguments and broadcast their leading axes."""
     arrays = [_joints(name, value) for name, value in arguments.items()]
     try:
@@ -246,7 +258,7 @@ def _broadcast(arguments: dict) -> list:
                             f'leading axes do not broadcast: {shapes}') from None
 
 
-def _blockwise(function, q: np.ndarray) -> np.ndarray:
+def _blockwise(function: Callable[[Array], Array], q: Array) -> Array:
     """Call ``function`` on q (..., 7), in blocks where the batch is large."""
     rows = q.reshape(-1, N_JOINTS)
     if len(rows) <= _BLOCK:
@@ -255,7 +267,7 @@ def _blockwise(function, q: np.ndarray) -> np.ndarray:
     return np.concatenate(parts).reshape(q.shape[:-1] + parts[0].shape[1:])
 
 
-def _rigid_transform(name: str, value) -> np.ndarray:
+def _rigid_transform(name: str, value: ArrayLike) -> Array:
     pose = finite(name, value, (4, 4)).copy()
     rotation = pose[:3, :3]
     if (np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6 or np.linalg.det(rotation) < 0

@@ -11,6 +11,7 @@ inertia. Where gravity is not along that axis, hx and hy of link 1 are felt as w
 
 import numpy as np
 
+from .arrays import Array
 from .exceptions import ArgumentError
 from .joints import N_JOINTS
 from .parameters import ArmParameters
@@ -31,7 +32,7 @@ _AT = {'xx': (0, 0), 'yy': (1, 1), 'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2), 'hx
 _ALPHA = np.pi / 2 * np.array([-1, 1, -1, 1, -1, 1])  # of links 1 to 6
 
 
-def base_parameters(parameters: ArmParameters, pseudo_inertia: np.ndarray) -> np.ndarray:
+def base_parameters(parameters: ArmParameters, pseudo_inertia: Array) -> Array:
     """
     Return the base parameters, (..., 45) in the order of :data:`TILTED_NAMES`.
 
@@ -52,12 +53,12 @@ def base_parameters(parameters: ArmParameters, pseudo_inertia: np.ndarray) -> np
         on_axis = np.where(_ON_AXIS, links[k], 0.0)
         links[k - 1] = links[k - 1] + to_body[k - 1] @ on_axis @ to_body[k - 1].T
     result = [links[0][..., 0, 0] + links[0][..., 1, 1]]
-    result += [link[(..., *_AT[element])] for link in links[1:] for element in _ELEMENTS]
-    result += [links[0][(..., *_AT[element])] for element in ('hx', 'hy')]
+    result += [link[(...,) + _AT[element]] for link in links[1:] for element in _ELEMENTS]
+    result += [links[0][(...,) + _AT[element]] for element in ('hx', 'hy')]
     return np.stack(result, -1)
 
 
-def lengths(parameters: ArmParameters) -> tuple:
+def lengths(parameters: ArmParameters) -> tuple[float, ...]:
     """
     Return the lengths of :data:`LENGTH_NAMES` [m].
 
@@ -77,13 +78,13 @@ def lengths(parameters: ArmParameters) -> tuple:
     return tuple(float(x) for x in (a[0], a[2], d[2], a[4], d[4]))
 
 
-def _shift(a: float, d: float) -> np.ndarray:
+def _shift(a: float, d: float) -> Array:
     result = np.eye(4)
     result[0, 3], result[2, 3] = a, d
     return result
 
 
-def _turn_x(alpha: float) -> np.ndarray:
+def _turn_x(alpha: float) -> Array:
     """Return the rotation of alpha about x; of +-90 degrees exactly."""
     s, c = np.sin(alpha), np.cos(alpha)
     if abs(c) < 1e-12:

@@ -1,5 +1,6 @@
 """The generated closed form as an engine: one state in plain Python, many in NumPy's blocks."""
 
+from collections.abc import Callable
 from importlib.util import find_spec
 from math import cos
 from math import sin
@@ -10,6 +11,7 @@ import warnings
 import numpy as np
 
 from . import _closed_form
+from .arrays import Array
 from .base_parameters import base_parameters
 from .base_parameters import lengths
 from .base_parameters import NAMES
@@ -18,6 +20,10 @@ from .exceptions import ArgumentError
 from .joints import N_JOINTS
 from .parameters import ArmParameters
 from .parameters import theta_offsets
+
+# What calls a generated function: of q and the rest of the state, arrays (7,) or (n, 7).
+Compute = Callable[..., Array]
+Bind = Callable[[str, int, tuple[float, ...]], Compute]
 
 # States computed at a time: 4096 floats of a temporary and its neighbours stay in the cache.
 _BLOCK = 4096
@@ -66,8 +72,8 @@ class ClosedForm:
 
     """
 
-    def __init__(self, parameters: ArmParameters, pseudo_inertia: np.ndarray,
-                 gravity: np.ndarray, engine: str = AUTO):
+    def __init__(self, parameters: ArmParameters, pseudo_inertia: Array, gravity: Array,
+                 engine: str = AUTO) -> None:
         self.upright = bool(np.abs(gravity[:2]).max() <= _UPRIGHT * np.abs(gravity).max())
         if self.upright:  # but for the rounding of a mount
             gravity = gravity * [0.0, 0.0, 1.0]
@@ -76,69 +82,68 @@ class ClosedForm:
         self.base_parameters.flags.writeable = False
         self.constants = (*phi.tolist(), *lengths(parameters), *(-gravity).tolist())
         self._bind = _choose(engine)
-        self._calls = {}
+        self._calls: dict[str, Compute] = {}
         self._parameters = parameters
 
-    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+    def mass_matrix(self, q: Array) -> Array:
         """Return M(q), (..., 7, 7) [kg m^2], eq. (6)."""
         return self._call('mass_matrix')(q).reshape(q.shape[:-1] + _SQUARE)
 
-    def gravity(self, q: np.ndarray) -> np.ndarray:
+    def gravity(self, q: Array) -> Array:
         """Return G(q), (..., 7) [N m], eq. (8)."""
         return self._call('gravity')(q)
 
-    def coriolis_matrix(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    def coriolis_matrix(self, q: Array, qd: Array) -> Array:
         """Return C(q, qd), (..., 7, 7) [kg m^2/s], eq. (7)."""
         return self._call('coriolis_matrix')(q, qd).reshape(q.shape[:-1] + _SQUARE)
 
-    def coriolis_torque(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    def coriolis_torque(self, q: Array, qd: Array) -> Array:
         """Return C(q, qd) qd, (..., 7) [N m]."""
         return self._call('coriolis_torque')(q, qd)
 
-    def terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+    def terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
         """Return M(q), C(q, qd) and G(q) together, eqs. (6) to (8)."""
         result, square = self._call('terms')(q, qd), q.shape[:-1] + _SQUARE
         return (result[..., :49].reshape(square), result[..., 49:98].reshape(square),
                 result[..., 98:])
 
-    def torque_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+    def torque_terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
         """Return M(q), C(q, qd) qd and G(q) together."""
         result = self._call('torque_terms')(q, qd)
         return (result[..., :49].reshape(q.shape[:-1] + _SQUARE), result[..., 49:56],
                 result[..., 56:])
 
-    def momentum_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+    def momentum_terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
         """Return p = M(q) qd, C(q, qd)^T qd and G(q) together, without forming M or C."""
         result = self._call('momentum_terms')(q, qd)
         return result[..., :7], result[..., 7:14], result[..., 14:]
 
-    def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Return tau, (..., 7) [N m], eq. (5), without forming M or C."""
         return self._call('inverse_dynamics')(q, qd, qdd)
 
-    def forward_dynamics(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    def forward_dynamics(self, q: Array, qd: Array, tau: Array) -> Array:
         """Return qdd, (..., 7) [rad/s^2], by M = L D L^T."""
         return self._call('forward_dynamics')(q, qd, tau)
 
-    def christoffel_symbols(self, q: np.ndarray) -> np.ndarray:
+    def christoffel_symbols(self, q: Array) -> Array:
         """Return h_ikm, (..., 7, 7, 7) [kg m^2], eq. (7)."""
         result = self._call('christoffel_symbols')(q)
         return result.reshape(q.shape + _SQUARE)
 
-    def regressor(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    def regressor(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Return Y, (..., 7, 43), or (..., 7, 45) where the base is tilted: tau = Y phi."""
         result = self._call('regressor')(q, qd, qdd)
         result = result.reshape(q.shape + (len(TILTED_NAMES),))
         return result[..., :len(self.base_parameters)]
 
-    def inverse_dynamics_gradient(self, q: np.ndarray, qd: np.ndarray,
-                                  qdd: np.ndarray) -> tuple:
+    def inverse_dynamics_gradient(self, q: Array, qd: Array, qdd: Array) -> tuple[Array, Array]:
         """Return d tau/dq and d tau/dqd, each (..., 7, 7)."""
         result = self._call('inverse_dynamics_gradient')(q, qd, qdd)
         result = result.reshape(q.shape[:-1] + (2,) + _SQUARE)
         return result[..., 0, :, :], result[..., 1, :, :]
 
-    def _call(self, name: str):
+    def _call(self, name: str) -> Compute:
         """Return what calls a generated function; where it has a form for upright arms, that."""
         call = self._calls.get(name)
         if call is None:
@@ -147,13 +152,13 @@ class ClosedForm:
                 self._bind(function, _closed_form.SIZES[name], self.constants))
         return call
 
-    def _shifted(self, call):
+    def _shifted(self, call: Compute) -> Compute:
         # The generated functions have theta_2 = q_2 + pi/2 built in.
         shift = self._parameters.theta_offset - theta_offsets()
         return (lambda q, *rest: call(q + shift, *rest)) if shift.any() else call
 
 
-def _choose(engine: str):
+def _choose(engine: str) -> Bind:
     """Return the ``bind`` of an engine."""
     source = 'engine'
     if engine == AUTO and os.environ.get(ENGINE_VARIABLE):
@@ -174,7 +179,7 @@ def _choose(engine: str):
     return compiled.bind
 
 
-def bind(name: str, size: int, constants: tuple):
+def bind(name: str, size: int, constants: tuple[float, ...]) -> Compute:
     """
     Return what calls a generated function.
 
@@ -195,25 +200,27 @@ def bind(name: str, size: int, constants: tuple):
 
     """
     function = getattr(_closed_form, name)
-    write = Struct(f'{size}d').pack_into  # twice as fast as np.array for many numbers
+    # Twice as fast as np.array for many numbers.
+    write: Callable[..., None] = Struct(f'{size}d').pack_into
 
-    def compute(q: np.ndarray, *rest: np.ndarray) -> np.ndarray:
+    def compute(q: Array, *rest: Array) -> Array:
         if q.ndim > 1:
             return _compute_many(function, size, constants, q, *rest)
-        q, out, result = q.tolist(), [0.0] * size, np.empty(size)
-        function(map(sin, q), map(cos, q), *map(_to_list, rest), constants, out)
+        angles, out, result = q.tolist(), [0.0] * size, np.empty(size)
+        function(map(sin, angles), map(cos, angles), *map(_to_list, rest), constants, out)
         write(result, 0, *out)
         return result
     return compute
 
 
-def _compute_many(function, size: int, constants: tuple, *arrays: np.ndarray) -> np.ndarray:
+def _compute_many(function: Callable[..., None], size: int, constants: tuple[float, ...],
+                  *arrays: Array) -> Array:
     """Call a generated function on arrays (n, 7), block by block."""
     n = len(arrays[0])
     result = np.empty((n, size))
-    states = [np.empty((N_JOINTS, min(n, _BLOCK))) for _ in arrays]
+    states: list[Array] = [np.empty((N_JOINTS, min(n, _BLOCK))) for _ in arrays]
     sine, cosine = np.empty((2, *states[0].shape))
-    out = np.empty((size, states[0].shape[1]))
+    out: Array = np.empty((size, states[0].shape[1]))
     for start in range(0, n, _BLOCK):
         block = slice(start, start + _BLOCK)
         if n - start < len(out[0]):  # the last block
@@ -227,7 +234,7 @@ def _compute_many(function, size: int, constants: tuple, *arrays: np.ndarray) ->
     return result
 
 
-def _sine_and_cosine(x: np.ndarray, sine: np.ndarray, cosine: np.ndarray):
+def _sine_and_cosine(x: Array, sine: Array, cosine: Array) -> None:
     """Write sin x and cos x, by the tangent of x/2: one transcendental function for both."""
     tangent = np.tan(np.multiply(x, 0.5, out=sine), out=sine)
     square = np.multiply(tangent, tangent, out=cosine)

@@ -27,7 +27,9 @@ Algebra, not approximation: the tests hold it to the specification at 1e-12.
 
 import numpy as np
 
+from .arrays import Array
 from .joints import N_JOINTS
+from .parameters import ArmParameters
 
 # z -> the 4 x 4 matrix [[skew(z), 0], [0, 0]], flattened, as one matrix product.
 _SKEW = np.zeros((3, 16))
@@ -58,7 +60,7 @@ class CompositeDynamics:
 
     """
 
-    def __init__(self, parameters, pseudo_inertia: np.ndarray, gravity: np.ndarray):
+    def __init__(self, parameters: ArmParameters, pseudo_inertia: Array, gravity: Array) -> None:
         self._offset = parameters.theta_offset
         self._pseudo_inertia = pseudo_inertia
         self._minus_g = -np.append(gravity, 0.0)
@@ -74,7 +76,7 @@ class CompositeDynamics:
         sine[:, 1, 0], sine[:, 0, 1], sine[:, 0, 2], sine[:, 1, 3] = 1.0, -ca, sa, a
         self._constant, self._cosine, self._sine = constant, cosine, sine
 
-    def transforms(self, q: np.ndarray) -> np.ndarray:
+    def transforms(self, q: Array) -> Array:
         """Return 0T_0 = 1, 0T_1, ... 0T_7, (..., 8, 4, 4)."""
         theta = (q + self._offset)[..., None, None]
         result = np.empty(q.shape[:-1] + (N_JOINTS + 1, 4, 4))
@@ -87,30 +89,30 @@ class CompositeDynamics:
             links[..., step:, :, :] = links[..., :-step, :, :] @ links[..., step:, :, :]
         return result
 
-    def twists(self, transforms: np.ndarray) -> np.ndarray:
+    def twists(self, transforms: Array) -> Array:
         """Return xi_1 ... xi_7, (..., 7, 4, 4): [[skew(z), p x z], [0, 0]] of the joints' axes."""
         frames = transforms[..., :-1, :, :]  # frame {k-1} holds the axis of joint k
         result = (frames[..., :3, 2] @ _SKEW).reshape(frames.shape)
         result[..., 3:] = -(result @ frames[..., 3:])
         return result
 
-    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+    def mass_matrix(self, q: Array) -> Array:
         """Return M(q), (..., 7, 7) [kg m^2], eq. (6)."""
         xi, s = self._geometry(q)
         return _mass_matrix(xi, xi @ _sum(_UPPER, s))
 
-    def gravity(self, q: np.ndarray) -> np.ndarray:
+    def gravity(self, q: Array) -> Array:
         """Return G(q), (..., 7) [N m], eq. (8)."""
         t = self.transforms(q)
         first_moments = t[..., 1:, :, :] @ self._pseudo_inertia[:, :, 3:]
         moved = self.twists(t) @ (_UPPER @ first_moments[..., 0])[..., None]
         return moved[..., 0] @ self._minus_g
 
-    def coriolis_matrix(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    def coriolis_matrix(self, q: Array, qd: Array) -> Array:
         """Return C(q, qd), (..., 7, 7) [kg m^2/s], eq. (7)."""
         return self.terms(q, qd)[1]
 
-    def terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+    def terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
         """Return M(q), C(q, qd) and G(q) together, eqs. (6) to (8)."""
         xi, s = self._geometry(q)
         v = _sum(_LOWER, xi * qd[..., None, None])
@@ -123,12 +125,12 @@ class CompositeDynamics:
         coriolis = np.where(_IS_LOWER, below, above)
         return _mass_matrix(xi, xi_h), coriolis, xi_h[..., 3] @ self._minus_g
 
-    def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Return tau, (..., 7) [N m], eq. (5), without forming M or C."""
         xi, s = self._geometry(q)
         return (_sum(_UPPER, self._acceleration(xi, qd, qdd) @ s) * xi).sum((-1, -2))
 
-    def regressor(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    def regressor(self, q: Array, qd: Array, qdd: Array) -> Array:
         """
         Return Y, (..., 7, 7, 4, 4): tau_i = sum over l of Tr(Y_il J_l), eq. (5).
 
@@ -141,36 +143,36 @@ class CompositeDynamics:
         result = (xi[..., None, :, :] @ links[..., None, :, :, :]).swapaxes(-1, -2) @ moved
         return result * _UPPER[:, :, None, None]
 
-    def _acceleration(self, xi: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    def _acceleration(self, xi: Array, qd: Array, qdd: Array) -> Array:
         """Return A_1 ... A_7, (..., 7, 4, 4)."""
         u = xi * qd[..., None, None]
         v = _sum(_LOWER, u)
         return _sum(_LOWER, xi * qdd[..., None, None] + (v + v - u) @ u) + self._base_acceleration
 
-    def _geometry(self, q: np.ndarray) -> tuple:
+    def _geometry(self, q: Array) -> tuple[Array, Array]:
         """Return the twists xi and the links' pseudo-inertias S in frame {0}."""
         t = self.transforms(q)
         links = t[..., 1:, :, :]
         return self.twists(t), links @ self._pseudo_inertia @ links.swapaxes(-1, -2)
 
 
-def _sum(links: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _sum(links: Array, x: Array) -> Array:
     """Return the sum of x_l over the links l that row j of ``links`` names: (..., 7, 4, 4)."""
     return _product(links, x.reshape(x.shape[:-2] + (16,))).reshape(x.shape)
 
 
-def _inner(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _inner(x: Array, y: Array) -> Array:
     """Return <x_i, y_k> for all i, k: (..., 7, 7)."""
     flat = x.shape[:-2] + (16,)
     return _product(x.reshape(flat), y.reshape(flat).swapaxes(-1, -2))
 
 
-def _product(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _product(x: Array, y: Array) -> Array:
     """Return x @ y; ``dot`` takes half the time for one pair of matrices."""
     return x.dot(y) if y.ndim == 2 else x @ y
 
 
-def _mass_matrix(xi: np.ndarray, xi_h: np.ndarray) -> np.ndarray:
+def _mass_matrix(xi: Array, xi_h: Array) -> Array:
     """Return M from <xi_i H_i, xi_k>, which holds for k <= i, and its symmetry."""
     lower = _inner(xi_h, xi)
     return np.where(_IS_LOWER, lower, lower.swapaxes(-1, -2))

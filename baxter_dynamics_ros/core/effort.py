@@ -12,9 +12,13 @@ motor works against them near the usual poses. A simulator has no springs:
 from dataclasses import dataclass
 from dataclasses import field
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .arrays import Array
+from .arrays import ArrayLike
+from .arrays import Bools
 from .exceptions import ArgumentError
 from .joints import N_JOINTS
 from .joints import S1
@@ -38,7 +42,7 @@ _PER_JOINT = ('coulomb', 'viscous', 'dahl', 'bias', 'stiffness', 'added_inertia'
 _NOT_NEGATIVE = ('coulomb', 'viscous', 'dahl')
 
 
-def _zeros() -> np.ndarray:
+def _zeros() -> Array:
     return np.zeros(N_JOINTS)
 
 
@@ -82,18 +86,34 @@ class EffortModel:
 
     """
 
-    spring_coefficients: np.ndarray = SPRING_COEFFICIENTS
-    spring_range: np.ndarray = SPRING_RANGE
-    coulomb: np.ndarray = field(default_factory=_zeros)
-    viscous: np.ndarray = field(default_factory=_zeros)
-    dahl: np.ndarray = field(default_factory=_zeros)
-    bias: np.ndarray = field(default_factory=_zeros)
-    stiffness: np.ndarray = field(default_factory=_zeros)
-    added_inertia: np.ndarray = field(default_factory=_zeros)
+    spring_coefficients: Array = SPRING_COEFFICIENTS  # type: ignore[assignment]  # array_like
+    spring_range: Array = SPRING_RANGE  # type: ignore[assignment]
+    coulomb: Array = field(default_factory=_zeros)
+    viscous: Array = field(default_factory=_zeros)
+    dahl: Array = field(default_factory=_zeros)
+    bias: Array = field(default_factory=_zeros)
+    stiffness: Array = field(default_factory=_zeros)
+    added_inertia: Array = field(default_factory=_zeros)
     coulomb_velocity: float = COULOMB_VELOCITY
     dahl_length: float = DAHL_LENGTH
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # what follows from the fields, and that those are given as array_like
+        has_spring: bool = field(init=False)
+        has_friction: bool = field(init=False)
+        has_dahl: bool = field(init=False)
+        has_added_inertia: bool = field(init=False)
+        _has_cables: bool = field(init=False)
+        _spring: tuple[float, ...] = field(init=False)
+        _border: tuple[float, float] = field(init=False)
+
+        def __init__(self, spring_coefficients: ArrayLike = ..., spring_range: ArrayLike = ...,
+                     coulomb: ArrayLike = ..., viscous: ArrayLike = ..., dahl: ArrayLike = ...,
+                     bias: ArrayLike = ..., stiffness: ArrayLike = ...,
+                     added_inertia: ArrayLike = ..., coulomb_velocity: float = ...,
+                     dahl_length: float = ...) -> None:
+            ...
+
+    def __post_init__(self) -> None:
         """Validate, and keep read-only arrays."""
         shapes = {'spring_coefficients': (5,), 'spring_range': (2,),
                   **dict.fromkeys(_PER_JOINT, (N_JOINTS,))}
@@ -125,22 +145,23 @@ class EffortModel:
         """Return the model of a simulator: effort = tau."""
         return cls(spring_coefficients=np.zeros(5))
 
-    def spring(self, q: np.ndarray) -> np.ndarray:
+    def spring(self, q: Array) -> Array:
         """Return the spring's effort, (..., 7) [N m], zero but at s1; q is (..., 7) [rad]."""
         lower, upper = self._border
         c0, c1, c2, c3, c4 = self._spring
         if q.ndim == 1:  # one state of a stream: several times faster on plain numbers
             s1 = min(max(float(q[S1]), lower), upper)
-            sin, cos = math.sin(s1), math.cos(s1)
+            sin: Array | float = math.sin(s1)
+            cos: Array | float = math.cos(s1)
         else:
-            s1 = np.clip(q[..., S1], lower, upper)
-            sin, cos = np.sin(s1), np.cos(s1)
+            angles = np.clip(q[..., S1], lower, upper)
+            sin, cos = np.sin(angles), np.cos(angles)
         result = np.zeros(q.shape)
         # sin 2q = 2 sin q cos q, cos 2q = 1 - 2 sin^2 q
         result[..., S1] = (c0 + c4) + c1 * sin + c2 * cos + 2.0 * sin * (c3 * cos - c4 * sin)
         return result
 
-    def spring_is_held(self, q: np.ndarray) -> np.ndarray:
+    def spring_is_held(self, q: Array) -> Bools | np.bool_:
         """
         Return where s1 is outside the spring's range, (...) bool; q is (..., 7) [rad].
 
@@ -153,7 +174,7 @@ class EffortModel:
         held = (s1 < self._border[0]) | (s1 > self._border[1])
         return held if self.has_spring else np.zeros_like(held)
 
-    def friction(self, qd: np.ndarray, presliding=None) -> np.ndarray:
+    def friction(self, qd: Array, presliding: Array | None = None) -> Array:
         """
         Return Coulomb, viscous and Dahl's friction, (..., 7) [N m].
 
@@ -172,7 +193,7 @@ class EffortModel:
             result += self.dahl * (sliding if presliding is None else presliding)
         return result
 
-    def other(self, q: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+    def other(self, q: Array, qdd: Array) -> Array:
         """Return bias, cables and added inertia, (..., 7) [N m]; q, qdd (..., 7)."""
         result = self.bias
         if self._has_cables:
@@ -181,8 +202,8 @@ class EffortModel:
             result = result + self.added_inertia * qdd
         return result
 
-    def effort(self, tau: np.ndarray, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray,
-               presliding=None) -> np.ndarray:
+    def effort(self, tau: Array, q: Array, qd: Array, qdd: Array,
+               presliding: Array | None = None) -> Array:
         """Return what the robot would measure, (..., 7) [N m], while it needs tau (..., 7)."""
         result = tau + self.spring(q) + self.other(q, qdd)
         return result + self.friction(qd, presliding) if self.has_friction else result

@@ -18,7 +18,7 @@ class ArgumentError(BaxterDynamicsError, ValueError):
 
     """
 
-    def __init__(self, argument: str, problem: str):
+    def __init__(self, argument: str, problem: str) -> None:
         super().__init__(f'{argument}: {problem}')
         self.argument = argument
         self.problem = problem

@@ -1,17 +1,21 @@
 """Pose and Jacobian of the hand for one state, in plain floats: fast enough for every message."""
 
+from collections.abc import Callable
 from math import cos
 from math import sin
 from struct import Struct
 
 import numpy as np
 
+from .arrays import Array
 from .base_parameters import lengths
 from .joints import N_JOINTS
 from .parameters import ArmParameters
 
+_Vector = tuple[float, float, float]
+_Chain = tuple[list[tuple[float, ...]], tuple[_Vector, _Vector, _Vector], _Vector]
 _COLUMNS = (N_JOINTS, 6)
-_write = Struct(f'{N_JOINTS * 6}d').pack_into  # twice as fast as np.array
+_write: Callable[..., None] = Struct(f'{N_JOINTS * 6}d').pack_into  # twice as fast as np.array
 
 
 class HandKinematics:
@@ -36,7 +40,7 @@ class HandKinematics:
 
     """
 
-    def __init__(self, parameters: ArmParameters, mount: np.ndarray):
+    def __init__(self, parameters: ArmParameters, mount: Array) -> None:
         lengths(parameters)  # refuses an arm whose joints are no such pairs
         a, d = parameters.a.tolist(), parameters.d.tolist()
         self._offset = parameters.theta_offset
@@ -44,7 +48,7 @@ class HandKinematics:
         self._last = a[6], d[6], sin(parameters.alpha[6]), cos(parameters.alpha[6])
         self._mount = tuple(map(tuple, mount[:3].T.tolist()))  # axes x, y, z and origin
 
-    def pose(self, q: np.ndarray) -> np.ndarray:
+    def pose(self, q: Array) -> Array:
         """Return the pose of the hand in the base frame, (4, 4), translation in m."""
         _, axes, origin = self._chain(q)
         result = np.empty((4, 4))
@@ -52,7 +56,7 @@ class HandKinematics:
         result[3] = 0.0, 0.0, 0.0, 1.0
         return result
 
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
+    def jacobian(self, q: Array) -> Array:
         """
         Return the geometric Jacobian of the hand in the base frame, (6, 7).
 
@@ -60,7 +64,7 @@ class HandKinematics:
         velocity of the hand [rad/s], both with base-frame axes.
         """
         joints, _, (px, py, pz) = self._chain(q)
-        columns = []
+        columns: list[float] = []
         for zx, zy, zz, ox, oy, oz in joints:
             x, y, z = px - ox, py - oy, pz - oz
             columns += zy * z - zz * y, zz * x - zx * z, zx * y - zy * x, zx, zy, zz
@@ -68,12 +72,12 @@ class HandKinematics:
         _write(result, 0, *columns)
         return result.T
 
-    def _chain(self, q: np.ndarray) -> tuple:
+    def _chain(self, q: Array) -> _Chain:
         """Return each joint's axis and a point on it, the hand's axes x, y, z, and its origin."""
         theta = (q + self._offset).tolist()
         s, c = [*map(sin, theta)], [*map(cos, theta)]
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz), (px, py, pz) = self._mount
-        joints = []
+        joints: list[tuple[float, ...]] = []
         for (a, d), s1, c1, s2, c2 in zip(self._pairs, s[::2], c[::2], s[1::2], c[1::2]):
             joints.append((zx, zy, zz, px, py, pz))
             # Eq. (2) with alpha = -90 degrees: x becomes u, and the next joint turns about v.

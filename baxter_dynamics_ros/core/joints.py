@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .arrays import Array
 from .exceptions import ArgumentError
 
 # The joint order of every array of this package.
@@ -10,6 +11,7 @@ N_JOINTS = len(JOINTS)
 S1 = JOINTS.index('s1')  # the joint that carries the parallel springs
 
 SIDES = ('right', 'left')
+BASE_FRAME = 'base'  # the robot's own name for the frame in which mount() gives poses
 
 # Joint limits of the manufacturer's robot description [rad].
 POSITION_LOWER = np.array([-1.70167993878, -2.147, -3.05417993878, -0.05,
@@ -21,7 +23,7 @@ POSITION_UPPER = np.array([1.70167993878, 1.047, 3.05417993878, 2.618,
 VELOCITY_LIMIT = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])
 
 
-def joint_names(side: str) -> tuple:
+def joint_names(side: str) -> tuple[str, ...]:
     """
     Return the seven ROS joint names of one arm, in the package's joint order.
 
@@ -36,7 +38,7 @@ def joint_names(side: str) -> tuple:
     return tuple(f'{side}_{joint}' for joint in JOINTS)
 
 
-def mount(side: str) -> np.ndarray:
+def mount(side: str) -> Array:
     """
     Return the pose of the paper's frame {0} of one arm in the robot's ``base`` frame.
 

@@ -16,7 +16,10 @@ Where the paper's text slips, the sound reading is used: eq. (8) prints U_ij for
 
 import numpy as np
 
+from .arrays import Array
+from .arrays import ArrayLike
 from .joints import N_JOINTS
+from .parameters import ArmParameters
 
 # Eq. (11): derivative of a rotation about z, for a revolute joint.
 Q = np.array([[0.0, -1.0, 0.0, 0.0],
@@ -25,7 +28,7 @@ Q = np.array([[0.0, -1.0, 0.0, 0.0],
               [0.0, 0.0, 0.0, 0.0]])
 
 
-def link_transform(p, i, q):
+def link_transform(p: ArmParameters, i: int, q: ArrayLike) -> Array:
     """Return ``(i-1)T_i`` of eq. (2), (..., 4, 4), from link i's frame to the one before."""
     theta = np.asarray(q)[..., i] + p.theta_offset[i]
     st, ct = np.sin(theta), np.cos(theta)
@@ -39,7 +42,7 @@ def link_transform(p, i, q):
     return result
 
 
-def transform(p, i, j, q):
+def transform(p: ArmParameters, i: int, j: int, q: ArrayLike) -> Array:
     """Return ``iT_j``, i <= j, (..., 4, 4): the product of eq. (2) below it; frame 0 is {0}."""
     result = np.broadcast_to(np.eye(4), np.shape(q)[:-1] + (4, 4))
     for k in range(i, j):
@@ -47,14 +50,14 @@ def transform(p, i, j, q):
     return result
 
 
-def u(p, i, j, q):
+def u(p: ArmParameters, i: int, j: int, q: ArrayLike) -> Array:
     """Return U_ij = d(0T_i)/dq_j of eq. (9), (..., 4, 4)."""
     if j > i:
         return np.zeros(np.shape(q)[:-1] + (4, 4))
     return transform(p, 0, j, q) @ Q @ transform(p, j, i + 1, q)
 
 
-def u_jk(p, i, j, k, q):
+def u_jk(p: ArmParameters, i: int, j: int, k: int, q: ArrayLike) -> Array:
     """Return U_ijk = dU_ij/dq_k of eq. (10), (..., 4, 4)."""
     if i < j or i < k:
         return np.zeros(np.shape(q)[:-1] + (4, 4))
@@ -63,7 +66,7 @@ def u_jk(p, i, j, k, q):
             @ transform(p, second, i + 1, q))
 
 
-def mass_matrix(p, q):
+def mass_matrix(p: ArmParameters, q: ArrayLike) -> Array:
     """Return M(q) of eq. (6), (..., 7, 7) [kg m^2]."""
     n = N_JOINTS
     result = np.zeros(np.shape(q)[:-1] + (n, n))
@@ -74,7 +77,7 @@ def mass_matrix(p, q):
     return result
 
 
-def christoffel(p, q):
+def christoffel(p: ArmParameters, q: ArrayLike) -> Array:
     """
     Return h_ikm of eq. (7), (..., 7, 7, 7) [kg m^2]: the Christoffel symbols of M(q).
 
@@ -92,12 +95,12 @@ def christoffel(p, q):
     return result
 
 
-def coriolis_matrix(p, q, qd):
+def coriolis_matrix(p: ArmParameters, q: ArrayLike, qd: Array) -> Array:
     """Return C(q, qd), C_ik = sum_m h_ikm qd_m, (..., 7, 7) [kg m^2/s]; C qd is eq. (7)."""
     return np.einsum('...ikm,...m->...ik', christoffel(p, q), qd)
 
 
-def gravity(p, q, g):
+def gravity(p: ArmParameters, q: ArrayLike, g: ArrayLike) -> Array:
     """Return G(q) of eq. (8), (..., 7) [N m]."""
     n = N_JOINTS
     result = np.zeros(np.shape(q)[:-1] + (n,))
@@ -109,13 +112,14 @@ def gravity(p, q, g):
     return result
 
 
-def inverse_dynamics(p, q, qd, qdd, g):
+def inverse_dynamics(p: ArmParameters, q: ArrayLike, qd: Array, qdd: Array,
+                     g: ArrayLike) -> Array:
     """Return tau of eq. (5), (..., 7) [N m]."""
     inertial = np.einsum('...ik,...k->...i', mass_matrix(p, q), qdd)
     coriolis = np.einsum('...ik,...k->...i', coriolis_matrix(p, q, qd), qd)
     return inertial + coriolis + gravity(p, q, g)
 
 
-def _trace(x, pseudo_inertia, y):
+def _trace(x: Array, pseudo_inertia: Array, y: Array) -> Array:
     """Return Tr(x J y^T), (...)."""
     return np.einsum('...ab,bc,...ac->...', x, pseudo_inertia, y)

@@ -9,12 +9,16 @@ here by a function of its own, and each can be left out to see what it is worth:
   lists them about the centre of mass.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from dataclasses import field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import paper_tables
+from .arrays import Array
+from .arrays import ArrayLike
 from .exceptions import ArgumentError
 from .joints import N_JOINTS
 from .joints import S1
@@ -41,17 +45,17 @@ class ArmParameters:
 
     """
 
-    d: np.ndarray  # (7,) link offset [m]
-    a: np.ndarray  # (7,) link length [m]
-    alpha: np.ndarray  # (7,) link twist [rad]
-    mass: np.ndarray  # (7,) [kg]
-    center_of_mass: np.ndarray  # (7, 3) in the link frame [m]
-    inertia: np.ndarray  # (7, 3, 3) about the centre of mass, axes of the link frame [kg m^2]
-    corrections: frozenset = CORRECTIONS
-    theta_offset: np.ndarray = field(init=False)  # (7,) theta_i = q_i + theta_offset_i [rad]
-    pseudo_inertia: np.ndarray = field(init=False)  # (7, 4, 4) J_i, eq. (12) [kg m^2, kg m, kg]
+    d: Array  # (7,) link offset [m]
+    a: Array  # (7,) link length [m]
+    alpha: Array  # (7,) link twist [rad]
+    mass: Array  # (7,) [kg]
+    center_of_mass: Array  # (7, 3) in the link frame [m]
+    inertia: Array  # (7, 3, 3) about the centre of mass, axes of the link frame [kg m^2]
+    corrections: Collection[str] = CORRECTIONS
+    theta_offset: Array = field(init=False)  # (7,) theta_i = q_i + theta_offset_i [rad]
+    pseudo_inertia: Array = field(init=False)  # (7, 4, 4) J_i, eq. (12) [kg m^2, kg m, kg]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Validate, and derive what follows."""
         n = N_JOINTS
         for name, shape in (('d', (n,)), ('a', (n,)), ('alpha', (n,)), ('mass', (n,)),
@@ -69,7 +73,7 @@ class ArmParameters:
             pseudo = pseudo_inertia_as_printed(self.inertia, self.mass, self.center_of_mass)
         self._set('pseudo_inertia', pseudo)
 
-    def _set(self, name: str, array: np.ndarray):
+    def _set(self, name: str, array: Array) -> None:
         array.flags.writeable = False
         object.__setattr__(self, name, array)
 
@@ -99,10 +103,15 @@ class Payload:
     """
 
     mass: float = 0.0
-    center_of_mass: tuple = (0.0, 0.0, 0.0)
-    inertia: tuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    center_of_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # that these are given as array_like
+        def __init__(self, mass: float = ..., center_of_mass: ArrayLike = ...,
+                     inertia: ArrayLike = ...) -> None:
+            ...
+
+    def __post_init__(self) -> None:
         """Validate, and keep plain tuples so that payloads compare by value."""
         set_ = object.__setattr__
         set_(self, 'mass', number('payload.mass', self.mass, lower=0.0))
@@ -119,19 +128,19 @@ class Payload:
             raise ArgumentError('payload.inertia', 'expected zero where payload.mass is zero')
 
     @property
-    def inertia_tensor(self) -> np.ndarray:
+    def inertia_tensor(self) -> Array:
         """Inertia about the centre of mass, (3, 3) [kg m^2]."""
         return inertia_tensor(np.array(self.inertia))
 
     @property
-    def pseudo_inertia(self) -> np.ndarray:
+    def pseudo_inertia(self) -> Array:
         """Pseudo-inertia about the hand frame's origin, (4, 4), eq. (12)."""
         center = np.array(self.center_of_mass)
         return pseudo_inertia(
             inertia_about_origin(self.inertia_tensor, self.mass, center), self.mass, center)
 
 
-def paper_parameters(corrections=CORRECTIONS) -> ArmParameters:
+def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
     """
     Return the parameters of Tables II to IV.
 
@@ -148,7 +157,8 @@ def paper_parameters(corrections=CORRECTIONS) -> ArmParameters:
         inertia=inertia_tensor(np.array(paper_tables.TABLE_III)), corrections=corrections)
 
 
-def link_parameters(mass, center_of_mass, inertia) -> ArmParameters:
+def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
+                    inertia: ArrayLike) -> ArmParameters:
     """
     Return the parameters of Table II's kinematics with links of one's own.
 
@@ -183,7 +193,7 @@ def link_parameters(mass, center_of_mass, inertia) -> ArmParameters:
     return result
 
 
-def theta_offsets(corrected: bool = True) -> np.ndarray:
+def theta_offsets(corrected: bool = True) -> Array:
     """Return theta - q (7,) [rad]: pi/2 at s1, which Table II leaves out, zero elsewhere."""
     offsets = np.zeros(N_JOINTS)
     if corrected:
@@ -191,7 +201,7 @@ def theta_offsets(corrected: bool = True) -> np.ndarray:
     return offsets
 
 
-def inertia_tensor(elements: np.ndarray) -> np.ndarray:
+def inertia_tensor(elements: Array) -> Array:
     """Turn rows (..., 6) in Table III's order xx yy zz xy yz xz into tensors (..., 3, 3)."""
     xx, yy, zz, xy, yz, xz = np.moveaxis(elements, -1, 0)
     return np.stack([np.stack([xx, xy, xz], -1),
@@ -199,7 +209,7 @@ def inertia_tensor(elements: np.ndarray) -> np.ndarray:
                      np.stack([xz, yz, zz], -1)], -2)
 
 
-def inertia_about_origin(inertia: np.ndarray, mass: np.ndarray, center: np.ndarray) -> np.ndarray:
+def inertia_about_origin(inertia: Array, mass: Array | float, center: Array) -> Array:
     """
     Move inertias from the centre of mass to the link frame's origin (parallel axes).
 
@@ -221,7 +231,7 @@ def inertia_about_origin(inertia: np.ndarray, mass: np.ndarray, center: np.ndarr
     return inertia + np.asarray(mass)[..., None, None] * (trace * np.eye(3) - outer)
 
 
-def pseudo_inertia(inertia: np.ndarray, mass: np.ndarray, center: np.ndarray) -> np.ndarray:
+def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
     """
     Build J_i of eq. (12) from an inertia *about the link frame's origin*.
 
@@ -236,7 +246,7 @@ def pseudo_inertia(inertia: np.ndarray, mass: np.ndarray, center: np.ndarray) ->
     return _assemble(half_trace * np.eye(3) - inertia, mass, center)
 
 
-def from_pseudo_inertia(pseudo: np.ndarray) -> tuple:
+def from_pseudo_inertia(pseudo: Array) -> tuple[Array, Array, Array]:
     """
     Return mass (...), centre of mass (..., 3) and inertia about it (..., 3, 3) of J (..., 4, 4).
 
@@ -250,13 +260,12 @@ def from_pseudo_inertia(pseudo: np.ndarray) -> tuple:
     return mass, center, trace * np.eye(3) - about_center
 
 
-def inertia_elements(tensor: np.ndarray) -> np.ndarray:
+def inertia_elements(tensor: Array) -> Array:
     """Turn tensors (..., 3, 3) into rows (..., 6) in Table III's order xx yy zz xy yz xz."""
     return tensor[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
 
 
-def pseudo_inertia_as_printed(inertia: np.ndarray, mass: np.ndarray,
-                              center: np.ndarray) -> np.ndarray:
+def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array) -> Array:
     """
     Build J_i as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
 
@@ -268,7 +277,7 @@ def pseudo_inertia_as_printed(inertia: np.ndarray, mass: np.ndarray,
     return _assemble(printed, mass, center)
 
 
-def _assemble(block: np.ndarray, mass: np.ndarray, center: np.ndarray) -> np.ndarray:
+def _assemble(block: Array, mass: Array | float, center: Array) -> Array:
     """Put second moments (..., 3, 3), m r and m together into (..., 4, 4)."""
     result = np.empty(block.shape[:-2] + (4, 4))
     first_moment = np.asarray(mass)[..., None] * center

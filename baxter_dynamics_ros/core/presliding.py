@@ -10,6 +10,7 @@ one direction the solution is exact: z goes to that direction's sign by
 
 import numpy as np
 
+from .arrays import Array
 from .joints import N_JOINTS
 
 
@@ -29,16 +30,16 @@ class Presliding:
 
     """
 
-    def __init__(self, length: float):
+    def __init__(self, length: Array | float) -> None:
         self.length = length
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget the past: no friction until the joints move."""
-        self._q = None
+        self._q: Array | None = None
         self.z = np.zeros(np.broadcast_shapes(np.shape(self.length), (N_JOINTS,)))
 
-    def update(self, q: np.ndarray) -> np.ndarray:
+    def update(self, q: Array) -> Array:
         """Move to q (7,) [rad], straight from the last; return z."""
         if self._q is not None:
             step = q - self._q

@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from .arrays import Array
+from .arrays import ArrayLike
 
-def gravity_in_base(gravity, roll: float, pitch: float) -> np.ndarray:
+
+def gravity_in_base(gravity: ArrayLike, roll: float, pitch: float) -> Array:
     """
     Return the gravity vector in the axes of a tilted base (3,) [m/s^2].
 

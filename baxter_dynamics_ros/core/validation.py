@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from .arrays import Array
+from .arrays import ArrayLike
 from .exceptions import ArgumentError
 
 
-def finite(name: str, value, shape: tuple) -> np.ndarray:
+def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """
     Return ``value`` as a float array of exactly ``shape``.
 
@@ -21,7 +23,7 @@ def finite(name: str, value, shape: tuple) -> np.ndarray:
     return _refuse_non_finite(name, array)
 
 
-def finite_batch(name: str, value, n: int) -> np.ndarray:
+def finite_batch(name: str, value: ArrayLike, n: int) -> Array:
     """
     Return ``value`` as a float array of shape (..., n); leading axes are a batch.
 
@@ -37,7 +39,7 @@ def finite_batch(name: str, value, n: int) -> np.ndarray:
     return _refuse_non_finite(name, array)
 
 
-def number(name: str, value, lower: float = -np.inf, upper: float = np.inf) -> float:
+def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf) -> float:
     """
     Return ``value`` as a finite float in [lower, upper].
 
@@ -53,7 +55,7 @@ def number(name: str, value, lower: float = -np.inf, upper: float = np.inf) -> f
     return result
 
 
-def _as_float(name: str, value) -> np.ndarray:
+def _as_float(name: str, value: ArrayLike) -> Array:
     try:
         array = np.asarray(value)
         if array.dtype.kind not in 'fiu':
@@ -63,7 +65,7 @@ def _as_float(name: str, value) -> np.ndarray:
         raise ArgumentError(name, f'expected real numbers ({error})') from None
 
 
-def _refuse_non_finite(name: str, array: np.ndarray) -> np.ndarray:
+def _refuse_non_finite(name: str, array: Array) -> Array:
     if not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ArgumentError(name, f'expected finite values, got {array[index]} at index {index}')

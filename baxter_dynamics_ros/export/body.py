@@ -1,5 +1,6 @@
 """A function's body, as languages with infix notation and names share it."""
 
+from collections.abc import Sequence
 from textwrap import wrap
 from typing import NamedTuple
 
@@ -17,12 +18,12 @@ NAMES = {f'{vector}[{i}]': f'{prefix}{i + 1}' for vector, prefix in PREFIXES.ite
 class Body(NamedTuple):
     """What a function reads, and its statements."""
 
-    elements: list  # names of the vectors' elements that it reads, s1 and so on
-    constants: list  # names of the arm's numbers that it reads
-    statements: list  # of (target, expression)
+    elements: list[str]  # names of the vectors' elements that it reads, s1 and so on
+    constants: list[str]  # names of the arm's numbers that it reads
+    statements: list[tuple[str, str]]  # of (target, expression)
 
 
-def body_of(function: Function, targets, reuse: bool = False) -> Body:
+def body_of(function: Function, targets: Sequence[str], reuse: bool = False) -> Body:
     """
     Return the body of a function.
 

@@ -1,5 +1,6 @@
 """C99 without allocation: a header, a source for one state and for many, and an example."""
 
+from collections.abc import Iterable
 from math import prod
 
 import numpy as np
@@ -42,8 +43,8 @@ _STATE = {'q': (0.1, -0.5, 0.2, 1.0, -0.3, 0.7, 0.4),
           'tau': (2.0, -30.0, -3.0, -12.0, 0.5, -1.0, 0.1)}
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write functions in C99.
 
@@ -77,7 +78,7 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
             'example.c': _example(functions, arm, name, command)}
 
 
-def _header(functions: list, arm: BaxterArm, name: str, command: str) -> str:
+def _header(functions: list[Function], arm: BaxterArm, name: str, command: str) -> str:
     guard = f'{name.upper()}_H'
     parts = [
         _comment(*head(arm, command), '', *(line.format(name=name) for line in _SPEED)),
@@ -100,7 +101,7 @@ def _header(functions: list, arm: BaxterArm, name: str, command: str) -> str:
     return '\n\n'.join(parts) + '\n'
 
 
-def _source(functions: list, arm: BaxterArm, name: str, command: str) -> str:
+def _source(functions: list[Function], arm: BaxterArm, name: str, command: str) -> str:
     values = ''.join(f'\n    .{p.name} = {p.value!r},' for p in parameters(arm))
     parts = [_comment(*head(arm, command), f'Usage: see {name}.h.'),
              f'#include "{name}.h"', support(),
@@ -189,7 +190,7 @@ def _batch_prototype(function: Function, name: str) -> str:
         *(f'double *{o.symbol}' for o in function.quantity.outputs)), ')')
 
 
-def _example(functions: list, arm: BaxterArm, name: str, command: str) -> str:
+def _example(functions: list[Function], arm: BaxterArm, name: str, command: str) -> str:
     function = next((f for f in functions if f.quantity.name == 'inverse_dynamics'), functions[0])
     output, *others = function.quantity.outputs
     size, columns = prod(output.shape), output.shape[-1]
@@ -222,7 +223,7 @@ int main(void)
 """
 
 
-def _listed(start: str, elements, end: str) -> str:
+def _listed(start: str, elements: Iterable[str], end: str) -> str:
     """Return elements with commas, in lines that break behind commas alone."""
     text = start + ', '.join(elements) + end
     after = ' ' * (len(text) - len(text.lstrip()) + 4)

@@ -63,7 +63,7 @@ INLINE void from_block(size_t m, size_t size, const double *restrict block,
 
 def support() -> str:
     """Return the text that goes before the functions."""
-    lines = []
+    lines: list[str] = []
     for sine, cosine, n, m in steps():
         for name, value, order in (('s', sine, n), ('c', cosine, m)):
             start = f'{name} = {name} * z +' if lines[1:] else f'double {name} ='

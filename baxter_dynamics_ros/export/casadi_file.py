@@ -63,8 +63,8 @@ def _matrix(elements, rows, columns):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write a Python file for CasADi.
 
@@ -115,17 +115,17 @@ def _definition(function: Function) -> str:
     return signature + indented(lines)
 
 
-def _elements(prefix: str, vector: str) -> list:
+def _elements(prefix: str, vector: str) -> list[str]:
     return [f'{", ".join(f"{prefix}{i}" for i in range(1, 8))} = _split({vector})']
 
 
-def _result(shape: tuple, elements: str) -> str:
+def _result(shape: tuple[int, ...], elements: str) -> str:
     if len(shape) == 1:
         return f'casadi.vertcat(*{elements})'
     return f'_matrix({elements}, {prod(shape[:-1])}, {shape[-1]})'
 
 
-def _table(functions: list) -> str:
+def _table(functions: list[Function]) -> str:
     lines = ['# Name -> function, arguments, results.', 'FUNCTIONS = {']
     for function in functions:
         name, arguments = function.quantity.name, list(function.arguments)

@@ -1,5 +1,6 @@
 """What to export: functions derived for one arm, and what every file says about them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..closed_form.program import Program
@@ -44,7 +45,7 @@ class Function(NamedTuple):
     program: Program  # from sin_q[0] ... cos_q[6], qd[0] ..., constants' names
 
     @property
-    def arguments(self) -> tuple:
+    def arguments(self) -> tuple[str, ...]:
         """Names of the vectors (7) that it takes, in order: q, then the quantity's inputs."""
         return 'q', *self.quantity.inputs
 
@@ -54,7 +55,7 @@ class Function(NamedTuple):
         return len(self.program.outputs)
 
 
-def derive(arm: BaxterArm, symbols=DEFAULT_SYMBOLS) -> list:
+def derive(arm: BaxterArm, symbols: Sequence[str] = DEFAULT_SYMBOLS) -> list[Function]:
     """
     Derive the functions to export for one arm.
 
@@ -93,7 +94,7 @@ def derive(arm: BaxterArm, symbols=DEFAULT_SYMBOLS) -> list:
     return result
 
 
-def check_symbols(symbols):
+def check_symbols(symbols: Sequence[str]) -> None:
     """
     Refuse what is no list of quantities.
 
@@ -113,7 +114,7 @@ def check_symbols(symbols):
             raise ArgumentError('quantities', f'{symbol} is named twice')
 
 
-def constants(arm: BaxterArm) -> dict:
+def constants(arm: BaxterArm) -> dict[str, float]:
     """Return the arm's numbers by name: base parameters, lengths [m], minus gravity [m/s^2]."""
     return dict(zip(CONSTANTS, arm.dynamics.constants))
 

@@ -1,5 +1,6 @@
 """Arithmetic of functions in Python: of floats, of NumPy arrays, or compiled by numba."""
 
+from collections.abc import Iterable
 from keyword import iskeyword
 from math import prod
 
@@ -43,7 +44,7 @@ def kernel(function: Function, arm: BaxterArm) -> str:
     return f'def _{function.quantity.name}({arguments}):\n' + indented(lines)
 
 
-def check_module(name: str):
+def check_module(name: str) -> None:
     """
     Refuse what cannot be the name of a module.
 
@@ -58,7 +59,7 @@ def check_module(name: str):
                             'letter, then letters, digits and _')
 
 
-def _taken(pairs) -> list:
+def _taken(pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Return lines that assign a few elements each: name, where from."""
     pairs = list(pairs)
     groups = (zip(*pairs[i:i + _IN_A_LINE]) for i in range(0, len(pairs), _IN_A_LINE))

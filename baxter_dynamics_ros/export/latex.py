@@ -1,11 +1,15 @@
 """LaTeX: G and the diagonal of M to print, with their definitions and the arm's numbers."""
 
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from .body import NAMES
 from .functions import COMMAND
+from .functions import Function
 from .legend import arm_paragraphs
 from .legend import parameters
 from .legend import RIGID
@@ -13,6 +17,7 @@ from .notation import formula
 from .notation import symbol
 from ..closed_form.derivation import program_of
 from ..closed_form.formulation import Formulation
+from ..closed_form.frames import Scalar
 from ..closed_form.quantities import Quantity
 from ..closed_form.source import assignments
 from ..core.arm import BaxterArm
@@ -34,8 +39,8 @@ class _Printed(NamedTuple):
 
     title: str
     symbol: str  # of element i, from 1
-    compute: object  # callable (formulation): its elements
-    wanted_by: set  # names of quantities
+    compute: Callable[[Formulation], list[Scalar]]  # its elements
+    wanted_by: set[str]  # names of quantities
 
 
 _PRINTED = (
@@ -102,8 +107,8 @@ _UPRIGHT = 'In frame $\\{0\\}$ the gravity vector is $(0, 0, -u_z)$.'
 _TILTED = 'In frame $\\{0\\}$ the gravity vector is $(-u_x, -u_y, -u_z)$.'
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write an article with the formulas of G and of the diagonal of M.
 
@@ -137,7 +142,7 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
         '\n\\end{document}\n'])}
 
 
-def printable(symbols) -> list:
+def printable(symbols: Sequence[str]) -> list[str]:
     """
     Return those of the symbols of an export of which something can be printed.
 
@@ -153,7 +158,7 @@ def printable(symbols) -> list:
     return result
 
 
-def printed(quantities) -> list:
+def printed(quantities: Iterable[str]) -> list[_Printed]:
     """Return what is printed for quantities, by name: G, the diagonal of M, or both."""
     names = set(quantities)
     return [each for each in _PRINTED if each.wanted_by & names]
@@ -203,7 +208,7 @@ def _number(value: float) -> str:
     return sign + digits + (rf' \cdot 10^{{{int(exponent)}}}' if exponent else '')
 
 
-def _formulas(printed: list, arm: BaxterArm) -> list:
+def _formulas(printed: list[_Printed], arm: BaxterArm) -> list[str]:
     """Return the sections of the definitions, and of each of what is printed."""
     # Derived together, they share definitions.
     quantity = Quantity('printed', (), (), lambda formulation: [

@@ -11,6 +11,7 @@ from .functions import SOURCE
 from .payload import rule
 from ..closed_form.quantities import ONLY_TILTED
 from ..core.arm import BaxterArm
+from ..core.arrays import Array
 from ..core.base_parameters import TILTED_NAMES
 
 # What the parameters mean.
@@ -35,19 +36,19 @@ class Parameter(NamedTuple):
     text: str
 
 
-def parameters(arm: BaxterArm) -> list:
+def parameters(arm: BaxterArm) -> list[Parameter]:
     """Return the numbers that the functions of an arm may read, as Parameters, in order."""
     return [Parameter(name, value, *_meaning(name)) for name, value in constants(arm).items()
             if not (arm.dynamics.upright and name in ONLY_TILTED)]
 
 
-def head(arm: BaxterArm, command: str = COMMAND) -> list:
+def head(arm: BaxterArm, command: str = COMMAND) -> list[str]:
     """Return the paragraphs that open a file, which a command wrote."""
     return [SOURCE.format(command=command), CONVENTION, RIGID,
             *arm_paragraphs(arm, f'Other links change the parameters alone. {rule(arm)}')]
 
 
-def arm_paragraphs(arm: BaxterArm, other: str) -> list:
+def arm_paragraphs(arm: BaxterArm, other: str) -> list[str]:
     """Return the paragraphs about the arm: payload, ``other`` payloads, gravity, its mount."""
     payload = arm.payload
     carried = (f'The payload of {payload.mass:g} kg at {list(payload.center_of_mass)} m in the '
@@ -80,11 +81,11 @@ def _mounted(arm: BaxterArm) -> str:
             f'vector {_vector(arm.gravity_vector)} m/s^2 in base axes.')
 
 
-def _vector(numbers) -> str:
+def _vector(numbers: Array) -> str:
     return f'({", ".join(f"{x + 0.0:.6g}" for x in numbers)})'
 
 
-def _meaning(name: str) -> tuple:
+def _meaning(name: str) -> tuple[str, str]:
     """Return the unit and the meaning of a constant."""
     if name == 'izz1':
         return 'kg m^2', 'moment of inertia of link 1 about its joint'

@@ -31,8 +31,8 @@ _FIELDS = """    if nargin
 _ELEMENTWISE = re.compile(r' ([*/]) ')
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write functions for MATLAB and GNU Octave.
 
@@ -69,7 +69,7 @@ def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
     return result
 
 
-def _parameters_file(arm: BaxterArm, name: str, explained: list) -> str:
+def _parameters_file(arm: BaxterArm, name: str, explained: list[str]) -> str:
     lines = [f'function p = {name}(given)',
              *_help(f"{name.upper()}  The arm's numbers, for the functions beside this one.", '',
                     'Change a field to change the arm: hand p over as their last argument.',
@@ -82,7 +82,7 @@ def _parameters_file(arm: BaxterArm, name: str, explained: list) -> str:
     return _text(lines, 'end')
 
 
-def _function_file(function: Function, name: str, defaults: str, explained: list) -> str:
+def _function_file(function: Function, name: str, defaults: str, explained: list[str]) -> str:
     body = body_of(function, _rows(function), reuse=True)
     outputs = function.quantity.outputs
     symbols = ', '.join(output.symbol for output in outputs)
@@ -120,7 +120,7 @@ def _function_file(function: Function, name: str, defaults: str, explained: list
     return _text(lines, 'end')
 
 
-def _rows(function: Function) -> list:
+def _rows(function: Function) -> list[str]:
     """Return what to assign the outputs to: arrays are stored column by column."""
     result, start = [], 0
     for output in function.quantity.outputs:
@@ -131,14 +131,14 @@ def _rows(function: Function) -> list:
     return result
 
 
-def _check(arguments: tuple, name: str) -> list:
+def _check(arguments: tuple[str, ...], name: str) -> list[str]:
     sizes = ', '.join(f'size({argument})' for argument in arguments)
     return [f'    if ~isequal({sizes}, [{N_JOINTS}, n])',
             f"        error('{name}:size', '{', '.join(arguments)}: expected {N_JOINTS} x n');",
             '    end']
 
 
-def _in_rows(count: int, statements: list) -> list:
+def _in_rows(count: int, statements: list[str]) -> list[str]:
     return ['    ' + '  '.join(statements[i:i + count])
             for i in range(0, len(statements), count)]
 
@@ -148,11 +148,11 @@ def _statement(target: str, expression: str) -> str:
     return folded(f'    {target} = {expression};', _WIDTH, ' ' * 8, ' ...')
 
 
-def _shape(shape: tuple) -> str:
+def _shape(shape: tuple[int, ...]) -> str:
     return f'({", ".join(str(length) for length in shape)}, n)'
 
 
-def _help(title: str, *paragraphs: str) -> list:
+def _help(title: str, *paragraphs: str) -> list[str]:
     """Return comment lines, which `help` shows."""
     lines = [f'%{title}']
     for paragraph in paragraphs:
@@ -160,5 +160,5 @@ def _help(title: str, *paragraphs: str) -> list:
     return lines
 
 
-def _text(lines: list, last: str) -> str:
+def _text(lines: list[str], last: str) -> str:
     return '\n'.join([*lines, last, ''])

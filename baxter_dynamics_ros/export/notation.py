@@ -2,6 +2,10 @@
 
 import ast
 import re
+from typing import Any
+
+_Factors = tuple[Any, ...]  # symbols and, in brackets, sums as pairs of their own
+_Sum = dict[_Factors, float]  # factors -> coefficient
 
 _SIGNS = {ast.Add: 1, ast.Sub: -1}
 _SYMBOL = re.compile('([a-z]+)_?([0-9]+|[xyz])')
@@ -13,7 +17,9 @@ _ORDER = ('adu', 'sc', 'IJh', 't')  # of a product's symbols, by their letters
 
 def symbol(name: str) -> str:
     """Return a name such as t12, s3, xx7 or up_z as LaTeX: a letter and its index in braces."""
-    word, index = _SYMBOL.fullmatch(name).groups()
+    match = _SYMBOL.fullmatch(name)
+    assert match is not None, name
+    word, index = match.groups()
     letter, element = _LETTERS.get(word, (word, ''))
     return f'{letter}_{{{element}{index}}}'
 
@@ -33,12 +39,13 @@ def formula(expression: str) -> str:
     return _sum(_terms(ast.parse(expression, mode='eval').body))
 
 
-def _terms(node) -> dict:
+def _terms(node: Any) -> _Sum:
     """Return a sum as factors -> coefficient; a factor is a symbol or, in brackets, a sum."""
     if isinstance(node, ast.Name):
         return {(symbol(node.id),): 1}
     if isinstance(node, ast.Constant):
-        return {(): node.value} if node.value else {}
+        value: Any = node.value
+        return {(): value} if value else {}
     if isinstance(node, ast.UnaryOp):
         return _scaled(_terms(node.operand), -1)
     left, right = _terms(node.left), _terms(node.right)
@@ -50,8 +57,9 @@ def _terms(node) -> dict:
     return {factors: coefficient for factors, coefficient in result.items() if coefficient}
 
 
-def _product(left: dict, right: dict) -> dict:
-    factors, coefficient = (), 1
+def _product(left: _Sum, right: _Sum) -> _Sum:
+    factors: _Factors = ()
+    coefficient = 1.0
     for terms in (left, right):
         if len(terms) > 1:
             factors += (tuple(terms.items()),)
@@ -61,11 +69,11 @@ def _product(left: dict, right: dict) -> dict:
     return {factors: coefficient} if left and right else {}
 
 
-def _scaled(terms: dict, factor: int) -> dict:
+def _scaled(terms: _Sum, factor: int) -> _Sum:
     return {factors: factor * coefficient for factors, coefficient in terms.items()}
 
 
-def _sum(terms: dict) -> str:
+def _sum(terms: _Sum) -> str:
     if not terms:
         return '0'
     items = list(terms.items())
@@ -76,7 +84,7 @@ def _sum(terms: dict) -> str:
     return text + ''.join(f' {"-" if term[1] < 0 else "+"} {_term(*term)}' for term in rest)
 
 
-def _term(factors: tuple, coefficient) -> str:
+def _term(factors: _Factors, coefficient: float) -> str:
     size = abs(coefficient)
     texts = [] if size == 1 and factors else [f'{size:g}']
     texts += sorted((x for x in factors if isinstance(x, str)), key=_place)
@@ -88,6 +96,6 @@ def _place(text: str) -> int:
     return next(i for i, letters in enumerate(_ORDER) if text[0] in letters)
 
 
-def _bracket(terms: tuple) -> str:
+def _bracket(terms: tuple[tuple[_Factors, float], ...]) -> str:
     text = _sum(dict(terms))
     return f'[{text}]' if '(' in text else f'({text})'

@@ -77,8 +77,8 @@ def _sin_cos(angles, sines, cosines):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write functions in Python for numba.
 
@@ -120,7 +120,7 @@ def _usage(arm: BaxterArm) -> str:
 
 
 def _horner() -> str:
-    lines = []
+    lines: list[str] = []
     for sine, cosine, n, m in steps():
         for name, value, order in (('s', sine, n), ('c', cosine, m)):
             start = f'{name} = {name} * z +' if lines[1:] else f'{name} ='
@@ -161,7 +161,7 @@ def _batch(function: Function) -> str:
     return f'def {name}_batch({", ".join(function.arguments)}, p):\n' + indented(lines)
 
 
-def _check(function: Function, shape: str, text: str) -> list:
+def _check(function: Function, shape: str, text: str) -> list[str]:
     """Return a check of the arguments' shapes: compiled code reads beyond them, or what is not."""
     wrong = ' or '.join((*(f'{argument}.shape != ({shape})' for argument in function.arguments),
                          'len(p) != len(_NAMES)'))

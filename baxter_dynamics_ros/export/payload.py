@@ -14,7 +14,7 @@ ADDED = {
 _ADDED_TILTED = {'hx1': 'm*a1'}
 
 
-def added(arm: BaxterArm) -> dict:
+def added(arm: BaxterArm) -> dict[str, str]:
     """Return which parameters of an arm a body in the hand changes: name -> what is added."""
     return {**ADDED, **({} if arm.dynamics.upright else _ADDED_TILTED)}
 

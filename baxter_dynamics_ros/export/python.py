@@ -71,8 +71,8 @@ def _size(shape):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write functions in Python, which need NumPy alone.
 

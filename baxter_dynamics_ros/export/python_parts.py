@@ -1,5 +1,6 @@
 """Parts that the exported Python files share, whatever library computes in them."""
 
+from collections.abc import Callable
 from math import prod
 
 from .body import body_of
@@ -38,7 +39,7 @@ def parameter_table(arm: BaxterArm) -> str:
     return '\n'.join(['PARAMETERS = {', *lines, '}\n'])
 
 
-def function_docstring(function: Function, result: str, *more: str) -> list:
+def function_docstring(function: Function, result: str, *more: str) -> list[str]:
     """Return the lines of a function's docstring."""
     outputs = '; '.join(f'{output.symbol} {_shape(output.shape)} [{output.unit}], {output.text}'
                         for output in function.quantity.outputs)
@@ -52,7 +53,7 @@ def function_docstring(function: Function, result: str, *more: str) -> list:
     return [*lines[:-1], '"""']
 
 
-def statements(function: Function, assign=None) -> list:
+def statements(function: Function, assign: Callable[[str, str], str] | None = None) -> list[str]:
     """
     Return the lines from parameters and elements to ``out``, a list of all outputs.
 
@@ -83,7 +84,7 @@ def statements(function: Function, assign=None) -> list:
     return lines
 
 
-def slices(function: Function) -> list:
+def slices(function: Function) -> list[str]:
     """Return, for each output, what to write for its part of ``out``."""
     result, start = [], 0
     for output in function.quantity.outputs:
@@ -93,19 +94,19 @@ def slices(function: Function) -> list:
     return result
 
 
-def long(statement: str) -> list:
+def long(statement: str) -> list[str]:
     """Return the lines of a statement; what may be broken stands in brackets."""
     return folded(statement, _WIDTH - 4, _INDENT).split('\n')
 
 
-def indented(lines: list) -> str:
+def indented(lines: list[str]) -> str:
     """Return the lines of a function's body as text."""
     return '\n'.join(f'{_INDENT}{line}'.rstrip() for line in lines) + '\n'
 
 
-def _inside(text: str) -> list:
+def _inside(text: str) -> list[str]:
     return [_INDENT + line for line in folded(f'{text},', _WIDTH - 8, '').split('\n')]
 
 
-def _shape(shape: tuple) -> str:
+def _shape(shape: tuple[int, ...]) -> str:
     return f'({", ".join(str(length) for length in shape)})'

@@ -11,7 +11,7 @@ LARGEST = 1e8  # [rad]
 _ORDER = 21  # of the last term
 
 
-def steps() -> list:
+def steps() -> list[tuple[float, float, int, int]]:
     """
     Return the series' coefficients for Horner's scheme in the square of the angle.
 

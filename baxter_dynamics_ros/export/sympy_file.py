@@ -66,8 +66,8 @@ def _definer(prefix):
 '''
 
 
-def files(functions: list, arm: BaxterArm, name: str = 'baxter_dynamics',
-          command: str = COMMAND) -> dict:
+def files(functions: list[Function], arm: BaxterArm, name: str = 'baxter_dynamics',
+          command: str = COMMAND) -> dict[str, str]:
     """
     Write a Python file for SymPy.
 
@@ -126,7 +126,7 @@ def _definition(function: Function) -> str:
             + indented(lines))
 
 
-def _result(shape: tuple, elements: str) -> str:
+def _result(shape: tuple[int, ...], elements: str) -> str:
     lengths = ', '.join(str(length) for length in shape)
     return {1: f'sympy.Matrix({elements})', 2: f'sympy.Matrix({lengths}, {elements})',
             3: f'sympy.Array({elements}, ({lengths}))'}[len(shape)]

@@ -1,11 +1,14 @@
 """Recordings in bags of ROS 1 and ROS 2: an arm's joint states, in the order of recording."""
 
+from collections.abc import Iterator
+from collections.abc import Sequence
 from itertools import islice
 import os
 from pathlib import Path
+from typing import Any
 from typing import NamedTuple
 
-import numpy as np
+from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
@@ -17,6 +20,8 @@ from .definitions import ros2
 from .diagnosis import bag_error
 from .diagnosis import BagError
 from .diagnosis import refuse_unfinished
+from .writer import BagWriter
+from ..core.arrays import Array
 
 _PEEK = 1000  # messages that tell which joints a topic is about
 
@@ -25,10 +30,10 @@ class JointState(NamedTuple):
     """A joint state as recorded, whatever is in it."""
 
     stamp_ns: int  # the header's [ns]
-    names: list  # its joints, str
-    position: np.ndarray  # [rad]; as long as names, unless the message is malformed
-    velocity: np.ndarray  # [rad/s]; as long, or empty
-    effort: np.ndarray  # [N m]; as long, or empty
+    names: Sequence[str]  # its joints
+    position: Array  # [rad]; as long as names, unless the message is malformed
+    velocity: Array  # [rad/s]; as long, or empty
+    effort: Array  # [N m]; as long, or empty
     received_ns: int  # when it was recorded [ns]
 
 
@@ -67,11 +72,11 @@ class BagRecording:
 
     """
 
-    def __init__(self, path: Path, topic: str = None, arm: str = None):
+    def __init__(self, path: Path, topic: str | None = None, arm: str | None = None) -> None:
         self.path = Path(path)
         self.name = _name(self.path)
-        self.topic = topic
-        self.arm = arm
+        self.topic: str = topic  # type: ignore[assignment]  # None until it is open
+        self.arm: str = arm  # type: ignore[assignment]
         self.count = 0
         self._wanted = (topic, arm)
 
@@ -94,20 +99,20 @@ class BagRecording:
             raise
         return self
 
-    def __exit__(self, kind, error, trace):
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
         """Close it."""
         self._reader.close()
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[JointState]:
         """Yield each :class:`JointState` of the topic."""
         return self._play(self.topic)
 
-    def copied_to(self, writer):
+    def copied_to(self, writer: BagWriter) -> Iterator[JointState]:
         """Yield the same, and on the way copy every message of the bag, of all topics."""
         return self._play(self.topic, writer)
 
-    def _choose(self, topic: 'str | None', arm: 'str | None'):
-        topics = {}
+    def _choose(self, topic: 'str | None', arm: 'str | None') -> None:
+        topics: dict[str, set[str]] = {}
         for connection in self._reader.connections:
             if connection.msgcount:
                 topics.setdefault(connection.topic, set()).add(connection.msgtype)
@@ -115,18 +120,18 @@ class BagRecording:
         self.arm = choose_arm(f'{self.path}: {self.topic}', self._peek(self.topic), arm)
         self.count = sum(connection.msgcount for connection in self._connections(self.topic))
 
-    def _connections(self, topic: str) -> list:
+    def _connections(self, topic: str) -> list[Connection]:
         return [connection for connection in self._reader.connections
                 if connection.topic == topic and connection.msgtype == JOINT_STATE]
 
-    def _peek(self, topic: str) -> set:
+    def _peek(self, topic: str) -> set[str]:
         """Return the joints that the first messages of a topic name."""
-        names = set()
+        names: set[str] = set()
         for state in islice(self._play(topic), _PEEK):
             names.update(state.names)
         return names
 
-    def _play(self, topic: str, writer=None):
+    def _play(self, topic: str, writer: BagWriter | None = None) -> Iterator[JointState]:
         played = self._connections(topic)
         ids = {connection.id for connection in played}
         missing = sum(connection.msgcount for connection in played)
@@ -141,7 +146,7 @@ class BagRecording:
             raise BagError(f'{self.path}: {missing} messages on {topic} are missing: it is '
                            'damaged, or its list of contents is of another file')
 
-    def _messages(self, connections: list):
+    def _messages(self, connections: list[Connection]) -> Iterator[tuple[Connection, int, bytes]]:
         try:
             yield from self._reader.messages(connections)
         except Exception as error:  # of a parser: whatever a broken file leads it to
@@ -149,7 +154,7 @@ class BagRecording:
 
     def _state(self, topic: str, received_ns: int, raw: bytes) -> JointState:
         try:
-            message = self._decode(raw, JOINT_STATE)
+            message: Any = self._decode(raw, JOINT_STATE)
         except Exception as error:  # of a parser: whatever a broken message leads it to
             raise BagError(f'{self.path}: {topic}: the message received at {received_ns} ns is '
                            f'not a joint state ({error})') from None
@@ -158,7 +163,7 @@ class BagRecording:
                           message.velocity, message.effort, received_ns)
 
 
-def open_bag(path: Path, topic: str = None, arm: str = None) -> BagRecording:
+def open_bag(path: Path, topic: str | None = None, arm: str | None = None) -> BagRecording:
     """Return a bag's recording, to be opened by ``with``; see :class:`BagRecording`."""
     return BagRecording(path, topic, arm)
 

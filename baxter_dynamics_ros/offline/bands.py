@@ -1,8 +1,11 @@
 """Signals of any length, thinned out for pictures as they run by: no peak is lost."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from .results import Band
+from ..core.arrays import Array
 from ..core.joints import N_JOINTS
 
 INTERVALS = 1000  # at most; as many again are joined in pairs
@@ -12,14 +15,14 @@ _FIRST_WIDTH = 0.01  # [s]
 class RunningBands:
     """What signals span within intervals of time; the intervals widen as the recording goes on."""
 
-    def __init__(self, names):
+    def __init__(self, names: Iterable[str]) -> None:
         self._names = tuple(names)
         self._width = _FIRST_WIDTH
         shape = (INTERVALS, len(self._names), N_JOINTS)
         self._low, self._high = np.full(shape, np.inf), np.full(shape, -np.inf)
         self._used = 0
 
-    def add(self, time: np.ndarray, signals: np.ndarray):
+    def add(self, time: Array, signals: Array) -> None:
         """
         Take n samples.
 
@@ -42,15 +45,15 @@ class RunningBands:
         self._high[where] = np.fmax(self._high[where], np.fmax.reduceat(signals, first))
         self._used = interval[-1] + 1
 
-    def result(self) -> tuple:
+    def result(self) -> tuple[Array, dict[str, Band]]:
         """Return the intervals' middles (m,) [s], and name -> Band with NaN where empty."""
-        time = (np.arange(self._used) + 0.5) * self._width
+        time = (np.arange(self._used, dtype=float) + 0.5) * self._width
         empty = self._low[:self._used] > self._high[:self._used]
         low = np.where(empty, np.nan, self._low[:self._used])
         high = np.where(empty, np.nan, self._high[:self._used])
         return time, {name: Band(low[:, i], high[:, i]) for i, name in enumerate(self._names)}
 
-    def _widen(self):
+    def _widen(self) -> None:
         half = INTERVALS // 2
         for values, join, nothing in ((self._low, np.minimum, np.inf),
                                       (self._high, np.maximum, -np.inf)):

@@ -1,5 +1,9 @@
 """Which topic of a bag, and which arm: as told, or the only one there is."""
 
+from collections.abc import Callable
+from collections.abc import Iterable
+from pathlib import Path
+
 from .definitions import JOINT_STATE
 from .diagnosis import BagError
 from ..core.joints import joint_names
@@ -9,7 +13,7 @@ USUAL_TOPIC = '/robot/joint_states'
 _SHOWN = 8  # names in a message
 
 
-def choose_arm(where: str, names: set, arm: 'str | None') -> str:
+def choose_arm(where: str, names: set[str], arm: 'str | None') -> str:
     """
     Return the side of the arm whose joint states are recorded.
 
@@ -41,7 +45,8 @@ def choose_arm(where: str, names: set, arm: 'str | None') -> str:
     return arm
 
 
-def choose_topic(path, topics: dict, topic: 'str | None', arm: 'str | None', peek) -> str:
+def choose_topic(path: Path, topics: dict[str, set[str]], topic: 'str | None', arm: 'str | None',
+                 peek: Callable[[str], set[str]]) -> str:
     """
     Return the topic that holds an arm's joint states.
 
@@ -94,11 +99,11 @@ def choose_topic(path, topics: dict, topic: 'str | None', arm: 'str | None', pee
     return fitting[0]
 
 
-def _sides(names) -> list:
+def _sides(names: set[str]) -> list[str]:
     return [side for side in SIDES if not names.isdisjoint(joint_names(side))]
 
 
-def _list(names) -> str:
+def _list(names: Iterable[str]) -> str:
     names = sorted(names)
     more = f' and {len(names) - _SHOWN} more' if len(names) > _SHOWN else ''
     return ', '.join(names[:_SHOWN]) + more

@@ -7,6 +7,7 @@ from rosbags.interfaces import Connection
 from rosbags.interfaces import ConnectionExtRosbag1
 from rosbags.interfaces import MessageDefinition
 from rosbags.interfaces import MessageDefinitionFormat
+from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import get_types_from_idl
 from rosbags.typesys import get_types_from_msg
 from rosbags.typesys import get_typestore
@@ -40,12 +41,12 @@ def is_ros1(connection: Connection) -> bool:
     return isinstance(connection.ext, ConnectionExtRosbag1)
 
 
-def standard_types(name: str) -> dict:
+def standard_types(name: str) -> Typesdict:
     """Return one of ROS 2's own types and those it is made of: name -> definition."""
     return get_types_from_msg(ros2().generate_msgdef(name, ros_version=2)[0], name)
 
 
-def types_of(connection: Connection) -> dict:
+def types_of(connection: Connection) -> Typesdict:
     """
     Return a connection's type and those it is made of, as ROS 2 has them: name -> definition.
 
@@ -82,7 +83,7 @@ def types_of(connection: Connection) -> dict:
     return standard_types(name)
 
 
-def _parse(definition: MessageDefinition, name: str) -> dict:
+def _parse(definition: MessageDefinition, name: str) -> Typesdict:
     if definition.format == MessageDefinitionFormat.MSG:
         return get_types_from_msg(definition.data, name)
     if not definition.data.startswith(_SEPARATOR):

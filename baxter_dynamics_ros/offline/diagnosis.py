@@ -32,7 +32,7 @@ _KILLED = ' (was the recorder killed?)'
 _SQLITE_SYNTAX = '?#%'
 
 
-def refuse_unfinished(path: Path):
+def refuse_unfinished(path: Path) -> None:
     """Raise BagError if SQLite keeps some of a bag's messages in a file beside it."""
     files = [path] if path.is_file() else _storage_files(path) if path.is_dir() else []
     for file in files:
@@ -110,7 +110,7 @@ def _file_problem(file: Path) -> 'str | None':
     return None
 
 
-def _storage_files(folder: Path) -> list:
+def _storage_files(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if file.suffix in ('.mcap', '.db3'))
 
 

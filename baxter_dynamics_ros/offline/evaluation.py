@@ -1,19 +1,29 @@
 """How well the model predicts a recording: both methods, three accelerations, every term."""
 
+from collections.abc import Callable
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from .bands import RunningBands
+from .playback import Block
 from .playback import play
+from .playback import Recording
+from .results import Errors
 from .results import ESTIMATORS
 from .results import Evaluation
 from .results import METHODS
 from .results import TERMS
 from .running import RunningErrors
 from .running import RunningSquares
+from ..core.arrays import Array
+from ..core.arrays import Indices
 from ..newton_euler import NewtonEuler
 from ..signals.continuity import GAP
 from ..signals.events import Event
 from ..signals.events import REMEDIES
+from ..signals.predictor import Prediction
 from ..signals.settings import PredictorSettings
 
 # Stamps that the robot makes deviate from their period by 0.4 % of it, times of arrival by more
@@ -38,13 +48,14 @@ class Evaluator:
 
     """
 
-    def __init__(self, values: dict):
+    def __init__(self, values: dict[str, Any]) -> None:
         self._values = {**values, 'method': 'lagrange_euler'}
         PredictorSettings(self._values)  # refuses what cannot be used, before work begins
         self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
         self._shares = RunningSquares()
 
-    def evaluate(self, recording, sink=None) -> Evaluation:
+    def evaluate(self, recording: Recording,
+                 sink: Callable[[Block, Prediction], None] | None = None) -> Evaluation:
         """
         Judge a recording.
 
@@ -67,7 +78,7 @@ class Evaluator:
         self._shares.include(run.shares)
         return run.result(recording)
 
-    def totals(self) -> tuple:
+    def totals(self) -> tuple[Errors, Errors, dict[str, Array]]:
         """Return methods, estimators and shares over all recordings so far."""
         return _results(self._errors, METHODS), _results(self._errors, ESTIMATORS), (
             self._shares.result())
@@ -76,7 +87,7 @@ class Evaluator:
 class _Run:
     """One recording being judged."""
 
-    def __init__(self, settings: PredictorSettings):
+    def __init__(self, settings: PredictorSettings) -> None:
         self.settings = settings
         self.predictor = settings.predictor()
         self.newton_euler = NewtonEuler(settings.arm)
@@ -86,12 +97,13 @@ class _Run:
                                    *('error_' + name for name in METHODS + ESTIMATORS)])
         self._clock = _Clock()
 
-    def take(self, block):
+    def take(self, block: Block) -> Prediction:
         """Take a block in, and return its Prediction."""
         estimate, model = block.estimate, self.settings.effort_model
         prediction = self.predictor.predict(estimate)
         q, qd, qdd, z = estimate.q, estimate.qd, estimate.qdd, estimate.presliding
         measured = estimate.measured
+        assert measured is not None  # in a block it is NaN instead
         # All but the closed form's prediction is from the faster method: they agree to 1e-12.
         still = np.zeros_like(q)
         tau, unaccelerated, gravity, live, difference = self.newton_euler.inverse_dynamics(
@@ -119,7 +131,7 @@ class _Run:
             [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
         return prediction
 
-    def result(self, recording) -> Evaluation:
+    def result(self, recording: Recording) -> Evaluation:
         """Return what was found."""
         counts = {getattr(key, 'value', key): n for key, n in self.predictor.counts.items()}
         time, bands = self.bands.result()
@@ -132,7 +144,7 @@ class _Run:
             shares={name: shares[name] for name in TERMS if name in shares},
             time=time, bands=bands)
 
-    def _warnings(self):
+    def _warnings(self) -> Iterator[str]:
         counts = self.predictor.counts
         if not counts['predicted']:
             yield ("nothing could be predicted: the arm's joint states are too few, or never "
@@ -151,14 +163,14 @@ class _Run:
 class _Clock:
     """The predictions' stamps: how far apart they are, and a time axis made of them."""
 
-    def __init__(self):
-        self._last = None  # stamp [ns]
+    def __init__(self) -> None:
+        self._last: Any = None  # stamp [ns]
         self._now = 0.0  # end of the time axis [s]
         self._n = 0
         self._sum = 0.0
         self._squares = 0.0
 
-    def elapsed(self, stamps_ns: np.ndarray) -> np.ndarray:
+    def elapsed(self, stamps_ns: Indices) -> Array:
         """Return the time since the first stamp (n,) [s]; it stands still where stamps go back."""
         first = stamps_ns[0] if self._last is None else self._last
         dt = np.diff(stamps_ns, prepend=first) * 1e-9
@@ -190,6 +202,6 @@ class _Clock:
         return float(np.sqrt(max(self._squares / self._n - mean ** 2, 0.0)) / mean)
 
 
-def _results(errors: dict, names: tuple) -> dict:
+def _results(errors: dict[str, RunningErrors], names: tuple[str, ...]) -> Errors:
     results = {name: errors[name].result() for name in names}
     return {name: result for name, result in results.items() if result is not None}

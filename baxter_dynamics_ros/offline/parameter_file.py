@@ -1,8 +1,11 @@
 """Settings in ROS 2 parameter files: read as the node would, written for the node to read."""
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 import os
 from pathlib import Path
 import tempfile
+from typing import Any
 
 import yaml
 
@@ -20,7 +23,7 @@ class ParameterFileError(BaxterDynamicsError):
     """A parameter file cannot be read or written, or does not fit."""
 
 
-def read_parameters(path: Path, arm: str = None) -> dict:
+def read_parameters(path: str | Path, arm: str | None = None) -> dict[str, Any]:
     """
     Return the settings of one arm's predictor in a parameter file, setting name to value.
 
@@ -59,7 +62,8 @@ def read_parameters(path: Path, arm: str = None) -> dict:
     return arms[arm].values
 
 
-def write_parameters(path: Path, values: dict, comments=()):
+def write_parameters(path: str | Path, values: dict[str, Any],
+                     comments: Iterable[str] = ()) -> None:
     """
     Write settings that differ from the defaults, and the arm, into a parameter file.
 
@@ -80,7 +84,7 @@ def write_parameters(path: Path, values: dict, comments=()):
         If it cannot be written.
 
     """
-    tree = {}
+    tree: dict[str, Any] = {}
     for name, default in DEFAULTS.items():
         if name == 'arm' or values[name] != default:
             *groups, leaf = name.split('.')
@@ -107,9 +111,9 @@ def write_parameters(path: Path, values: dict, comments=()):
         raise ParameterFileError(f'{path}: cannot be written ({error.strerror})') from None
 
 
-def _settings(content) -> dict:
+def _settings(content: object) -> dict[str, Any]:
     """Return what a file holds for the predictor, setting name to value."""
-    values = {}
+    values: dict[str, Any] = {}
     if isinstance(content, dict):
         for node, entry in content.items():
             name = str(node).rstrip('/').rpartition('/')[2]
@@ -120,7 +124,7 @@ def _settings(content) -> dict:
             if name != 'use_sim_time' and not name.startswith('qos_overrides.')}
 
 
-def _flat(tree: dict, prefix: str = ''):
+def _flat(tree: dict[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
     for name, value in tree.items():
         if isinstance(value, dict):
             yield from _flat(value, f'{prefix}{name}.')
@@ -133,7 +137,7 @@ def _printable(text: str) -> str:
     return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     """Return a value as YAML has it; numbers keep their decimal point, as ROS insists."""
     if isinstance(value, tuple):
         return [_plain(element) for element in value]

@@ -1,29 +1,52 @@
 """A recording through the node's stream handler, message by message, in blocks to compute on."""
 
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import NamedTuple
+from typing import Protocol
 
 import numpy as np
 
+from ..core.arrays import Array
+from ..core.arrays import Indices
 from ..core.joints import N_JOINTS
 from ..signals.predictor import Estimate
+from ..signals.predictor import Predictor
+from ..signals.stream import State
 
 BLOCK = 256  # estimates computed on at a time: what they need stays in the processor's cache
 
+# Stamp [ns], names, position, velocity and effort of a joint state, and when it was received [ns].
+Message = tuple[int, Sequence[str], Array, Array, Array, int]
+_Row = tuple[int, Estimate, State, State]
+
 _NOTHING = np.full(N_JOINTS, np.nan)
+
+
+class Recording(Protocol):
+    """Joint states of one arm, in the order of recording."""
+
+    name: str
+    topic: str
+    arm: str
+
+    def __iter__(self) -> Iterator[Message]:
+        """Yield each."""
 
 
 class Block(NamedTuple):
     """Consecutive estimates of one arm, n of them, and what was measured when they were made."""
 
-    received_ns: np.ndarray  # (n,) when the newest message was recorded [ns]
+    received_ns: Indices  # (n,) when the newest message was recorded [ns]
     estimate: Estimate  # arrays (n, 7); NaN where no effort was measured
-    q: np.ndarray  # (n, 7) newest position [rad]
-    qd: np.ndarray  # (n, 7) newest velocity [rad/s]; NaN where none was measured
-    effort: np.ndarray  # (n, 7) newest effort [N m]; NaN where none was measured
-    first_difference: np.ndarray  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
+    q: Array  # (n, 7) newest position [rad]
+    qd: Array  # (n, 7) newest velocity [rad/s]; NaN where none was measured
+    effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
+    first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
 
 
-def play(messages, predictor):
+def play(messages: Iterable[Message], predictor: Predictor) -> Iterator[Block]:
     """
     Play joint states to a stream handler.
 
@@ -41,11 +64,12 @@ def play(messages, predictor):
         Of up to BLOCK estimates, in order.
 
     """
-    rows, previous = [], None
+    rows: list[_Row] = []
+    previous = None
     for stamp_ns, names, position, velocity, effort, received_ns in messages:
         estimate = predictor.estimate(stamp_ns, names, position, velocity, effort)
         latest = predictor.latest
-        if estimate is not None:
+        if estimate is not None and latest is not None and previous is not None:
             rows.append((received_ns, estimate, latest, previous))
             if len(rows) == BLOCK:
                 yield _stacked(rows)
@@ -55,7 +79,7 @@ def play(messages, predictor):
         yield _stacked(rows)
 
 
-def _stacked(rows: list) -> Block:
+def _stacked(rows: list[_Row]) -> Block:
     received, estimates, newest, previous = zip(*rows)
     stamp, q, qd, qdd, measured, presliding = zip(*estimates)
     velocity = _array([state.qd for state in newest])
@@ -68,7 +92,7 @@ def _stacked(rows: list) -> Block:
         _array([state.effort for state in newest]), difference)
 
 
-def _array(values) -> np.ndarray:
+def _array(values: Iterable[Array | None]) -> Array:
     """Stack arrays (7,) of which some may be None, to (n, 7) with NaN for these."""
     return np.concatenate(
         [_NOTHING if value is None else value for value in values]).reshape(-1, N_JOINTS)

@@ -1,8 +1,11 @@
 """Recordings of whatever kind: in bags, or as arrays in .npz files, several in one."""
 
+from collections.abc import Iterable
+from collections.abc import Iterator
 from functools import cached_property
 import os
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -13,6 +16,8 @@ from .choice import choose_arm
 from .choice import USUAL_TOPIC
 from .diagnosis import bag_error
 from .diagnosis import BagError
+from .writer import BagWriter
+from ..core.arrays import Array
 from ..core.joints import JOINTS
 
 _START = 10**18  # stamp of the first joint state of what has no stamps [ns]
@@ -20,7 +25,8 @@ _ARRAYS = ('position', 'velocity', 'effort')
 _KEYS = ('joint_names', 'period', 'recording', 'recording_names', *_ARRAYS)
 
 
-def open_recordings(paths, topic: str = None, arm: str = None) -> list:
+def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
+                    arm: str | None = None) -> 'list[BagRecording | ArrayRecording]':
     """
     Return the recordings in some files, each to be opened by ``with``, when its turn comes.
 
@@ -43,7 +49,7 @@ def open_recordings(paths, topic: str = None, arm: str = None) -> list:
         when a recording is opened.
 
     """
-    recordings = []
+    recordings: list[BagRecording | ArrayRecording] = []
     for path in map(Path, paths):
         if not os.path.exists(path):  # or cannot be seen
             raise bag_error(path, FileNotFoundError())
@@ -85,7 +91,7 @@ class ArrayFile:
 
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         self.path = path
         contents = self._load(_KEYS[:-len(_ARRAYS)])
         self.joints = [str(name) for name in np.ravel(contents['joint_names'])]
@@ -97,7 +103,7 @@ class ArrayFile:
         self.period = float(period)
 
     @cached_property
-    def arrays(self) -> tuple:
+    def arrays(self) -> tuple[Array, ...]:
         """Return position, velocity and effort, each (rows, j), read from the file once."""
         contents = self._load(_ARRAYS)
         shape = (len(self.rows), len(self.joints))
@@ -108,7 +114,7 @@ class ArrayFile:
                                f'{array.shape}')
         return tuple(np.ascontiguousarray(contents[key], float) for key in _ARRAYS)
 
-    def _load(self, keys: tuple) -> dict:
+    def _load(self, keys: tuple[str, ...]) -> dict[str, Any]:
         try:
             with np.load(self.path, allow_pickle=False) as file:
                 missing = [key for key in _KEYS if key not in file]
@@ -140,12 +146,12 @@ class ArrayRecording:
 
     """
 
-    def __init__(self, file: ArrayFile, index: int, arm: str = None):
+    def __init__(self, file: ArrayFile, index: int, arm: str | None = None) -> None:
         self.path = file.path
         self.name = file.recordings[index]
         self.topic = USUAL_TOPIC
-        self.arm = arm
-        self.count = np.count_nonzero(file.rows == index)
+        self.arm: str = arm  # type: ignore[assignment]  # None until it is open
+        self.count = int(np.count_nonzero(file.rows == index))
         self._file = file
         self._index = index
 
@@ -160,17 +166,17 @@ class ArrayRecording:
         self._arrays = [array[chosen] for array in self._file.arrays]
         return self
 
-    def __exit__(self, kind, error, trace):
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
         """Forget the arrays."""
         del self._arrays
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[JointState]:
         """Yield each :class:`~.bags.JointState`."""
         for i, (position, velocity, effort) in enumerate(zip(*self._arrays)):
             stamp_ns = _START + round(i * self._file.period * 1e9)
             yield JointState(stamp_ns, self._names, position, velocity, effort, stamp_ns)
 
-    def copied_to(self, writer):
+    def copied_to(self, writer: BagWriter) -> Iterator[JointState]:
         """Yield the same, and on the way write it."""
         for state in self:
             writer.joint_state(self.topic, *state)

@@ -1,9 +1,11 @@
 """What an evaluation finds about one recording: plain numbers, for reports and for people."""
 
 from dataclasses import dataclass
+from typing import Any
 from typing import NamedTuple
+from typing import Protocol
 
-import numpy as np
+from ..core.arrays import Array
 
 METHODS = ('lagrange_euler', 'newton_euler')
 # How the acceleration is found: the paper's way, the node's with align false, the node's.
@@ -15,18 +17,41 @@ TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')
 class ErrorStatistics(NamedTuple):
     """Of the errors e = measured - predicted effort; arrays (7,) in joint order."""
 
-    count: int  # samples
-    rms: np.ndarray  # sqrt(mean(e^2)) [N m]
-    mean_abs: np.ndarray  # mean(|e|) [N m]
-    signed_mean: np.ndarray  # mean(e) [N m]; the paper's Table V has its absolute value
-    correlation: np.ndarray  # of measured and predicted effort; NaN where one of them is constant
+    count: int  # type: ignore[assignment]  # samples; a tuple has a method of that name
+    rms: Array  # sqrt(mean(e^2)) [N m]
+    mean_abs: Array  # mean(|e|) [N m]
+    signed_mean: Array  # mean(e) [N m]; the paper's Table V has its absolute value
+    correlation: Array  # of measured and predicted effort; NaN where one of them is constant
 
 
 class Band(NamedTuple):
     """A signal, thinned out for a picture: what it spans within each interval of time."""
 
-    low: np.ndarray  # (m, 7)
-    high: np.ndarray  # (m, 7)
+    low: Array  # (m, 7)
+    high: Array  # (m, 7)
+
+
+Errors = dict[str, ErrorStatistics]  # by the name of a method or an estimator
+
+
+class Statistics(Protocol):
+    """What was found, over one recording or all of them; see :class:`Evaluation`."""
+
+    @property
+    def arm(self) -> str:
+        """Return which arm was judged."""
+
+    @property
+    def methods(self) -> Errors:
+        """Return the errors of each method."""
+
+    @property
+    def estimators(self) -> Errors:
+        """Return the errors with each estimator."""
+
+    @property
+    def shares(self) -> dict[str, Array]:
+        """Return the RMS of each term of the predicted effort."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +90,10 @@ class Evaluation:
     arm: str
     duration: float
     rate: float
-    counts: dict
-    warnings: tuple
-    methods: dict
-    estimators: dict
-    shares: dict
-    time: np.ndarray
-    bands: dict
+    counts: dict[Any, int]
+    warnings: tuple[str, ...]
+    methods: Errors
+    estimators: Errors
+    shares: dict[str, Array]
+    time: Array
+    bands: dict[str, Band]

@@ -1,16 +1,21 @@
 """New recordings: joint states, and whatever another bag holds, into a rosbag2 folder."""
 
 from collections import Counter
+from collections.abc import Iterable
 import os
 from pathlib import Path
 import shutil
 import struct
 import tempfile
+from types import TracebackType
+from typing import Literal
 
 import numpy as np
 from rosbags.convert.converter import LATCH
 from rosbags.interfaces import Connection
+from rosbags.interfaces import ConnectionExtRosbag1
 from rosbags.interfaces import ConnectionExtRosbag2
+from rosbags.interfaces import Qos
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
 from rosbags.rosbag2 import WriterError
@@ -25,9 +30,10 @@ from .definitions import standard_types
 from .definitions import types_of
 from .definitions import UnknownTypeError
 from .diagnosis import BagError
+from ..core.arrays import ArrayLike
 
 _FAILURES = (OSError, OverflowError, WriterError)
-_VERSION = 9  # of rosbag2's metadata: Jazzy's
+_VERSION: Literal[9] = 9  # of rosbag2's metadata: Jazzy's
 
 
 class BagWriter:
@@ -50,7 +56,7 @@ class BagWriter:
 
     """
 
-    def __init__(self, path: Path, reserved=()):
+    def __init__(self, path: Path, reserved: Iterable[str] = ()) -> None:
         self.path = Path(path)
         self._refuse_existing()
         if not os.path.isdir(self.path.parent):
@@ -58,10 +64,11 @@ class BagWriter:
         self._reserved = frozenset(reserved)
         self._types = get_typestore(Stores.EMPTY)
         self._types.register(standard_types(JOINT_STATE))
-        self._joint_states = {}  # topic -> connection
-        self._copies = {}  # (reader, connection id) -> connection; None for what is skipped
-        self._reasons = {}  # topic -> why it is skipped
-        self._skips = Counter()  # topic -> messages
+        self._joint_states: dict[str, Connection] = {}  # by topic
+        # (Reader, connection id) -> connection; None for what is skipped.
+        self._copies: dict[tuple[object, int], Connection | None] = {}
+        self._reasons: dict[str, str] = {}  # topic -> why it is skipped
+        self._skips: Counter[str] = Counter()  # topic -> messages
 
     def __enter__(self) -> 'BagWriter':
         """Begin, under a hidden name beside the folder's."""
@@ -81,7 +88,8 @@ class BagWriter:
             raise
         return self
 
-    def __exit__(self, kind, error, trace):
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
         """Complete the folder and give it its name, or remove it after an exception."""
         try:
             self._writer.__exit__(kind, error, trace)
@@ -94,13 +102,14 @@ class BagWriter:
             shutil.rmtree(self._temporary, ignore_errors=True)
 
     @property
-    def skipped(self) -> dict:
+    def skipped(self) -> dict[str, str]:
         """Return what was not copied: topic -> why, and how many messages."""
         return {topic: f'{reason} ({self._skips[topic]} messages)'
                 for topic, reason in self._reasons.items()}
 
-    def joint_state(self, topic: str, stamp_ns: int, names, position, velocity=(), effort=(),
-                    received_ns: int = None):
+    def joint_state(self, topic: str, stamp_ns: int, names: Iterable[str], position: ArrayLike,
+                    velocity: ArrayLike = (), effort: ArrayLike = (),
+                    received_ns: int | None = None, frame: str = '') -> None:
         """
         Write a joint state.
 
@@ -116,19 +125,21 @@ class BagWriter:
             In rad, rad/s, N m, in the order of names; may be empty.
         received_ns : int, optional
             When it was received [ns]; by default its stamp.
+        frame : str
+            Its ``frame_id``.
 
         """
         connection = self._joint_states.get(topic)
         if connection is None:
             connection = self._joint_states[topic] = self._connect(topic, JOINT_STATE, [])
         try:
-            raw = self._serialise(stamp_ns, tuple(names), (position, velocity, effort))
+            raw = self._serialise(stamp_ns, frame, tuple(names), (position, velocity, effort))
         except struct.error:
             raise BagError(f'{self.path}: {topic}: no message can have the stamp '
                            f'{stamp_ns} ns') from None
         self._write(connection, stamp_ns if received_ns is None else received_ns, raw)
 
-    def copy(self, connection: Connection, received_ns: int, raw: bytes):
+    def copy(self, connection: Connection, received_ns: int, raw: bytes | memoryview) -> None:
         """
         Write a message of another bag, of ROS 1 or 2; what cannot be copied is counted.
 
@@ -167,18 +178,18 @@ class BagWriter:
         topic, name, ext = connection.topic, connection.msgtype, connection.ext
         if topic in self._reserved:
             raise UnknownTypeError('the new bag has its own')
-        if not is_ros1(connection) and ext.serialization_format != 'cdr':
+        if isinstance(ext, ConnectionExtRosbag2) and ext.serialization_format != 'cdr':
             raise UnknownTypeError(f'its messages are {ext.serialization_format}, not CDR')
         try:
             self._types.register(types_of(connection))
         except TypesysError:
             raise UnknownTypeError(f'its type {name}, or one it is made of, is defined otherwise '
                                    'by another topic') from None
-        if is_ros1(connection):
+        if isinstance(ext, ConnectionExtRosbag1):
             return self._connect(topic, name, LATCH if ext.latching else [])
         return self._connect(topic, name, ext.offered_qos_profiles)
 
-    def _connect(self, topic: str, name: str, profiles: list) -> Connection:
+    def _connect(self, topic: str, name: str, profiles: list[Qos]) -> Connection:
         """Return the new bag's connection of that kind; a topic may have several."""
         ext = ConnectionExtRosbag2('cdr', profiles)
         for known in self._writer.connections:
@@ -190,20 +201,21 @@ class BagWriter:
         except _FAILURES as error:
             raise self._failure(error) from None
 
-    def _serialise(self, stamp_ns: int, names: tuple, arrays) -> bytes:
+    def _serialise(self, stamp_ns: int, frame: str, names: tuple[str, ...],
+                   arrays: Iterable[ArrayLike]) -> memoryview:
         types = ros2().types
         stamp = types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9))
-        header = types['std_msgs/msg/Header'](stamp, '')
+        header = types['std_msgs/msg/Header'](stamp, frame)
         values = [np.ascontiguousarray(array, dtype=float) for array in arrays]
         return ros2().serialize_cdr(types[JOINT_STATE](header, list(names), *values), JOINT_STATE)
 
-    def _write(self, connection: Connection, received_ns: int, raw):
+    def _write(self, connection: Connection, received_ns: int, raw: bytes | memoryview) -> None:
         try:
             self._writer.write(connection, received_ns, raw)
         except _FAILURES as error:
             raise self._failure(error) from None
 
-    def _refuse_existing(self):
+    def _refuse_existing(self) -> None:
         if os.path.lexists(self.path):
             raise BagError(f'{self.path}: exists; name a new folder, or remove it first')
 

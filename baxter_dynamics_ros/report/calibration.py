@@ -1,8 +1,10 @@
 """The calibration report: one page that holds all there is to know of a calibration."""
 
+from collections.abc import Iterable
 from pathlib import Path
 import re
 import shlex
+from typing import Any
 
 from .calibration_findings import findings
 from .calibration_tables import gain_table
@@ -24,7 +26,9 @@ from .model_figures import spring_picture
 from .page import render
 from .page import write_files
 from .robot_findings import remarks
+from .tables import Table
 from .. import __version__
+from ..calibration.results import Calibration
 from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
 
@@ -32,7 +36,8 @@ WARNINGS_SHOWN = 8  # the others are folded
 _ROWS_SHOWN = 20  # a longer table of recordings is folded
 
 
-def write_calibration(path: Path, calibration, command: str, parameters: str = None):
+def write_calibration(path: str | Path, calibration: Calibration, command: str,
+                      parameters: str | None = None) -> None:
     """
     Write the report, whole or not at all.
 
@@ -67,7 +72,7 @@ def write_calibration(path: Path, calibration, command: str, parameters: str = N
     write_files(path.parent, {path.name: page})
 
 
-def _tables(calibration) -> dict:
+def _tables(calibration: Calibration) -> dict[str, Table | None]:
     links = [one for one in calibration.parameters if one.term == 'inertial']
     others = [one for one in calibration.parameters if one.term != 'inertial']
     return {
@@ -80,7 +85,7 @@ def _tables(calibration) -> dict:
     }
 
 
-def _pictures(calibration) -> dict:
+def _pictures(calibration: Calibration) -> dict[str, Any]:
     models = [effort_model(values) for values in (calibration.before, calibration.values)]
     rubs = [i for i in range(N_JOINTS) if any(has_friction(model, i) for model in models)]
     return {
@@ -96,6 +101,6 @@ def _pictures(calibration) -> dict:
     }
 
 
-def _general_first(warnings) -> list:
+def _general_first(warnings: Iterable[str]) -> list[str]:
     """Return what is about all recordings before what is about one, such as 'run: 5 x ...'."""
     return sorted(warnings, key=lambda line: bool(re.search(r': \d+ x ', line)))

@@ -1,5 +1,7 @@
 """What a calibration gained, in sentences: did it help, can it be trusted, what to record."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .calibration_terms import parameter_name
@@ -11,7 +13,13 @@ from .findings import percent
 from .findings import torque
 from .page import change
 from .page import number
+from ..calibration.results import Calibration
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import JOINTS
+
+if TYPE_CHECKING:
+    from ..calibration.selection import Step
 
 _SAME = 0.005  # a residual that differs by a smaller share is the same
 _WORSE = 0.02  # a single recording is called worse from this share on
@@ -21,7 +29,7 @@ _NAMED = 5  # that are named, before the rest is counted
 _LONGEST = 60  # letters of a recording's name within a sentence
 
 
-def findings(calibration) -> list:
+def findings(calibration: Calibration) -> list[Finding]:
     """
     Return what was gained, and how far to trust it; as findings.
 
@@ -42,7 +50,7 @@ def findings(calibration) -> list:
     return [finding for finding in found if finding is not None]
 
 
-def _gain(calibration) -> Finding:
+def _gain(calibration: Calibration) -> Finding:
     before, after = calibration.rms_before, calibration.rms_after
     better, worse = after < (1 - _SAME) * before, after > (1 + _SAME) * before
     changes = [f'{joint}\u00a0{change(*pair)}' for joint, *pair in zip(JOINTS, before, after)]
@@ -59,7 +67,7 @@ def _gain(calibration) -> Finding:
                    f'{text}.')
 
 
-def _left(calibration) -> Finding:
+def _left(calibration: Calibration) -> Finding:
     after = calibration.rms_after
     most = int(after.argmax())
     return Finding('What is left', f'{JOINTS[most]} has the largest residual, '
@@ -69,7 +77,7 @@ def _left(calibration) -> Finding:
                    'contact and no load.')
 
 
-def _bought(calibration) -> 'Finding | None':
+def _bought(calibration: Calibration) -> 'Finding | None':
     shares = _shares(calibration.steps)  # (steps, 7)
     names = [term_name(step.term) for step in calibration.steps[1:]]
     mean = shares.mean(1)
@@ -80,7 +88,7 @@ def _bought(calibration) -> 'Finding | None':
     if len(order) > 1:
         text += ', then ' + ', '.join(f'{names[k]} ({percent(mean[k])})' for k in order[1:3])
     text += '; means over the joints.'
-    others = {}
+    others: dict[int, list[int]] = {}
     for joint in range(len(JOINTS)):
         k = int(shares[:, joint].argmax())
         if k != order[0] and shares[k, joint] > _SAME:
@@ -96,7 +104,7 @@ def _bought(calibration) -> 'Finding | None':
     return Finding('What bought most', _sentence([text]))
 
 
-def _harm(calibration) -> 'Finding | None':
+def _harm(calibration: Calibration) -> 'Finding | None':
     harm = []
     for step, shares in zip(calibration.steps[1:], _shares(calibration.steps)):
         kept = shares[list(step.joints)]
@@ -114,7 +122,7 @@ def _harm(calibration) -> 'Finding | None':
                    'Ask for less, or record more varied motion.')
 
 
-def _worse(calibration) -> 'Finding | None':
+def _worse(calibration: Calibration) -> 'Finding | None':
     judged = calibration.judged
     ratio = np.array([one.after / np.maximum(one.before, 1e-9) for one in judged])  # (n, 7)
     worse = ratio > 1 + _WORSE
@@ -125,13 +133,13 @@ def _worse(calibration) -> 'Finding | None':
     count = int(worse.any(1).sum())
     what = f'All {count} {kind}s' if count == len(judged) else f'{count} of {len(judged)} {kind}s'
     return Finding('Worse than before', f'{what} {"is" if count == 1 else "are"} predicted worse '
-                   f'at some joint ({_list(JOINTS, worse.any(0))}), most of all '
+                   f'at some joint ({_list(JOINTS, np.any(worse, axis=0))}), most of all '
                    f'{_shortened(judged[n].name)} at {JOINTS[joint]}: '
                    f'{number(judged[n].before[joint], 2)} before, '
                    f'{torque(judged[n].after[joint])} after.')
 
 
-def _trust(calibration) -> Finding:
+def _trust(calibration: Calibration) -> Finding:
     n = len(calibration.judged)
     if calibration.by_time:
         return Finding('Judged by time', f'There is one recording. Each of {n} parts of it was '
@@ -143,7 +151,7 @@ def _trust(calibration) -> Finding:
                    'next motion that differs from these as these differ from each other.')
 
 
-def _uncertain(calibration) -> 'Finding | None':
+def _uncertain(calibration: Calibration) -> 'Finding | None':
     loose = [fitted for fitted in calibration.parameters
              if fitted.term != 'inertial' and fitted.uncertainty > abs(fitted.after)]
     if not loose:
@@ -155,7 +163,7 @@ def _uncertain(calibration) -> 'Finding | None':
                    'properties of the robot.')
 
 
-def _record_next(calibration) -> 'Finding | None':
+def _record_next(calibration: Calibration) -> 'Finding | None':
     wishes = []
     if calibration.by_time:
         wishes.append('a second recording of another motion, so that whole recordings can be left '
@@ -175,25 +183,25 @@ def _record_next(calibration) -> 'Finding | None':
                    'exciting motion of one minute.')
 
 
-def _shares(steps: list) -> np.ndarray:
+def _shares(steps: 'list[Step]') -> Array:
     """Return which share of the residual each step took away, (steps, 7), less than 1."""
     rms = np.maximum([step.rms for step in steps], 1e-9)
     return 1.0 - rms[1:] / rms[:-1]
 
 
-def _those(calibration) -> str:
+def _those(calibration: Calibration) -> str:
     return 'parts of the recording' if calibration.by_time else 'recordings'
 
 
-def _kind(calibration) -> str:
+def _kind(calibration: Calibration) -> str:
     return 'part' if calibration.by_time else 'recording'
 
 
-def _list(texts, where: np.ndarray) -> str:
+def _list(texts: list[str] | tuple[str, ...], where: Bools) -> str:
     return ', '.join(texts[i] for i in np.flatnonzero(where))
 
 
-def _sentence(parts: list, between: str = '; ') -> str:
+def _sentence(parts: list[str], between: str = '; ') -> str:
     text = between.join(parts)
     return text[0].upper() + text[1:]
 

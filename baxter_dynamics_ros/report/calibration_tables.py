@@ -1,6 +1,7 @@
 """The calibration report's tables, as data."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,13 +16,19 @@ from .page import NO_VALUE
 from .page import number
 from .tables import Column
 from .tables import Table
+from ..calibration.results import Calibration
+from ..calibration.results import Fitted
+from ..core.arrays import Array
 from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
+
+if TYPE_CHECKING:
+    from ..calibration.selection import Step
 
 _ANGLES = 9  # at which the spring is listed
 
 
-def gain_table(calibration) -> Table:
+def gain_table(calibration: Calibration) -> Table:
     """Return each joint's residual before and after, and how far the recordings differ."""
     before, after = calibration.rms_before, calibration.rms_after
     each = np.array([judged.after for judged in calibration.judged])  # (n, 7)
@@ -36,7 +43,7 @@ def gain_table(calibration) -> Table:
          Column('best', each.min(0), group), Column('worst', each.max(0), group)))
 
 
-def steps_table(calibration) -> Table:
+def steps_table(calibration: Calibration) -> Table:
     """Return what was left of each joint's residual as terms were added."""
     first, *steps = calibration.steps
     rows = ['before', *(f'+ {term_name(step.term)}' for step in steps), 'after']
@@ -47,7 +54,7 @@ def steps_table(calibration) -> Table:
         tuple(Column(joint, column) for joint, column in zip(JOINTS, rms.T)))
 
 
-def recordings_table(calibration) -> Table:
+def recordings_table(calibration: Calibration) -> Table:
     """Return each recording's residual, before and after, predicted by a fit to the others."""
     judged = calibration.judged
     before, after = (np.array([getattr(one, when) for one in judged])
@@ -67,7 +74,7 @@ def recordings_table(calibration) -> Table:
                  tuple(columns), 'together')
 
 
-def parameters_table(fitted: list) -> Table:
+def parameters_table(fitted: list[Fitted]) -> Table:
     """Return parameters with value before and after, uncertainty and unit."""
     texts = np.array([_texts(one) for one in fitted]).T  # (4, n)
     labels = ('before', 'after', '±', 'change / ±')
@@ -78,9 +85,10 @@ def parameters_table(fitted: list) -> Table:
                   Column('unit', tuple(unit_name(one.unit) for one in fitted))))
 
 
-def links_table(fitted: list) -> Table:
+def links_table(fitted: list[Fitted]) -> Table:
     """Return the links' masses and moments of mass, which have four parameters each."""
-    rows, columns = {}, []
+    rows: dict[str, dict[str, tuple[str, ...]]] = {}
+    columns: list[Column] = []
     for one in fitted:
         link, quantity = one.name.split()[1], one.name.split(maxsplit=2)[2]
         rows.setdefault(f'{quantity} [{unit_name(one.unit)}]', {})[link] = _texts(one)
@@ -92,7 +100,7 @@ def links_table(fitted: list) -> Table:
                  tuple(links), tuple(columns))
 
 
-def spring_table(calibration) -> Table:
+def spring_table(calibration: Calibration) -> Table:
     """Return spring and bias at s1 before and after, at some angles, and where s1 was."""
     after = effort_model(calibration.values)
     lower, upper = after.spring_range
@@ -107,7 +115,7 @@ def spring_table(calibration) -> Table:
          Column('s1 was there', tuple('yes' if low <= x <= high else NO_VALUE for x in angle))))
 
 
-def _texts(fitted) -> tuple:
+def _texts(fitted: Fitted) -> tuple[str, str, str, str]:
     """Return value before, after, uncertainty, and the change in units of that."""
     sigma = fitted.uncertainty
     digits = decimals(sigma)
@@ -116,7 +124,7 @@ def _texts(fitted) -> tuple:
             number(moved, 1))
 
 
-def _where_kept(step) -> np.ndarray:
+def _where_kept(step: 'Step') -> Array:
     rms = np.full(N_JOINTS, np.nan)
     kept = list(step.joints)
     rms[kept] = step.rms[kept]

@@ -1,6 +1,8 @@
 """A calibration's terms in words, and which of them act at which joints."""
 
 from .page import plus_minus
+from ..calibration.results import Calibration
+from ..calibration.results import Fitted
 from ..core.joints import JOINTS
 
 NAMES = {
@@ -38,13 +40,13 @@ def term_name(term: str) -> str:
     return NAMES.get(term, term)
 
 
-def parameter_name(fitted) -> str:
+def parameter_name(fitted: Fitted) -> str:
     """Return a fitted parameter's name as people say it, such as 'Coulomb s1'."""
     rest = fitted.name.removeprefix(fitted.term).strip()
     return f'{term_name(fitted.term)} {rest}' if rest != fitted.name else fitted.name
 
 
-def per_joint(calibration, term: str) -> dict:
+def per_joint(calibration: Calibration, term: str) -> dict[int, Fitted]:
     """Return index of a joint -> what was fitted to a term of each joint's own."""
     return {JOINTS.index(fitted.name.rpartition(' ')[2]): fitted
             for fitted in calibration.parameters if fitted.term == term}
@@ -55,7 +57,7 @@ def unit_name(unit: str) -> str:
     return '' if unit == '-' else unit.replace('^2', '²')
 
 
-def value_text(fitted) -> str:
+def value_text(fitted: Fitted) -> str:
     """Return what was fitted, with its uncertainty and unit."""
     unit = unit_name(fitted.unit)
     return (plus_minus(fitted.after, fitted.uncertainty)

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
+from ..core.arrays import Array
 from ..offline.results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
@@ -56,7 +57,8 @@ class Stroke(NamedTuple):
     width: float = 1.1  # [pt], and [px] on a page
 
 
-def panels(title: str, time: np.ndarray, heights: tuple, note: bool = False) -> tuple:
+def panels(title: str, time: Array, heights: tuple[float, ...],
+           note: bool = False) -> tuple[Figure, list[Axes]]:
     """
     Return a figure and its panels, one above the other, over a recording's time.
 
@@ -99,14 +101,14 @@ def sheet(title: str, height: float) -> Figure:
 
 
 def place(figure: Figure, left: float, bottom: float, height: float,
-          right: float = _RIGHT) -> tuple:
+          right: float = _RIGHT) -> tuple[float, float, float, float]:
     """Return a panel's place in parts of the figure; arguments in inches."""
     tall = figure.get_figheight()
     return (left / WIDTH, bottom / tall, (WIDTH - left - right) / WIDTH, height / tall)
 
 
-def draw_band(axis: Axes, time: np.ndarray, band: Band, joint: int, stroke: Stroke,
-              intervals: int):
+def draw_band(axis: Axes, time: Array, band: Band, joint: int, stroke: Stroke,
+              intervals: int) -> None:
     """Draw one joint of a band: what it spans, and a line through the middles, broken by gaps."""
     time, low, high = _merged(*_bridged(time, band, joint), intervals)
     middle = 0.5 * (low + high)
@@ -118,7 +120,7 @@ def draw_band(axis: Axes, time: np.ndarray, band: Band, joint: int, stroke: Stro
     axis.plot(time[alone], middle[alone], '.', color=stroke.color, markersize=stroke.width + 1.0)
 
 
-def span(band: Band, joint: int) -> tuple:
+def span(band: Band, joint: int) -> tuple[float, float]:
     """Return the least and the greatest value of one joint; zeros where there is none."""
     low, high = band.low[:, joint], band.high[:, joint]
     if not np.isfinite(low).any():
@@ -126,7 +128,7 @@ def span(band: Band, joint: int) -> tuple:
     return float(np.nanmin(low)), float(np.nanmax(high))
 
 
-def frame(axis: Axes, label: str, limits: tuple = None):
+def frame(axis: Axes, label: str, limits: tuple[float, float] | None = None) -> None:
     """
     Finish a panel: name and limits of its y axis, or a word where nothing is drawn.
 
@@ -141,7 +143,7 @@ def frame(axis: Axes, label: str, limits: tuple = None):
         axis.text(0.5, 0.5, 'no samples', transform=axis.transAxes, ha='center', color=FAINT)
 
 
-def zero_line(axis: Axes):
+def zero_line(axis: Axes) -> None:
     """Mark zero, below what is drawn."""
     axis.axhline(0.0, color=INK, linewidth=0.6, zorder=1.5)
 
@@ -159,13 +161,13 @@ def svg(figure: Figure) -> bytes:
     return re.sub(r'(?<= d=")[^"]*', _compact, text).encode('utf-8')
 
 
-def _compact(path: 're.Match') -> str:
+def _compact(path: re.Match[str]) -> str:
     """Return an SVG path with two decimals of a point instead of six, and fewer spaces."""
     numbers = re.sub(r'-?\d+\.\d{3,}', lambda match: f'{float(match[0]):.2f}', path[0])
     return re.sub(r'\s+(?=[MLQCz])', '', numbers.strip())
 
 
-def _bridged(time: np.ndarray, band: Band, joint: int) -> tuple:
+def _bridged(time: Array, band: Band, joint: int) -> tuple[Array, Array, Array]:
     """Return time, low and high of one joint, without empty intervals that are not of a gap."""
     low, high = band.low[:, joint], band.high[:, joint]
     filled = np.flatnonzero(np.isfinite(low))
@@ -177,7 +179,7 @@ def _bridged(time: np.ndarray, band: Band, joint: int) -> tuple:
     return time[keep], low[keep], high[keep]
 
 
-def _merged(time: np.ndarray, low: np.ndarray, high: np.ndarray, intervals: int) -> tuple:
+def _merged(time: Array, low: Array, high: Array, intervals: int) -> tuple[Array, Array, Array]:
     """Return the same with neighbours merged to at most so many intervals."""
     each = -(-len(time) // intervals)
     if each <= 1:

@@ -1,5 +1,6 @@
 """The evaluation report: a page to look at, its figures as files, and its numbers."""
 
+from collections.abc import Sequence
 from pathlib import Path
 import re
 from typing import NamedTuple
@@ -24,7 +25,9 @@ from .tables import Table
 from .tables import table_five
 from .tables import terms_table
 from .. import __version__
+from ..core.arrays import Array
 from ..core.joints import JOINTS
+from ..offline.results import Errors
 from ..offline.results import Evaluation
 
 
@@ -32,17 +35,17 @@ class Total(NamedTuple):
     """What was found over all recordings together; where there is one, it serves itself."""
 
     arm: str
-    methods: dict  # as of Evaluation
-    estimators: dict
-    shares: dict
+    methods: Errors  # as of Evaluation
+    estimators: Errors
+    shares: dict[str, Array]
 
 
 class Section(NamedTuple):
     """One recording's part of the page."""
 
     evaluation: Evaluation
-    effort_pictures: list  # of Picture, one a joint; none where nothing was predicted
-    acceleration_pictures: list  # of Picture, one a joint; none without measured effort
+    effort_pictures: list[Picture]  # one a joint; none where nothing was predicted
+    acceleration_pictures: list[Picture]  # one a joint; none without measured effort
     terms_picture: 'Picture | None'
     size: Table
     table_five: Table
@@ -50,13 +53,14 @@ class Section(NamedTuple):
     accelerations: Table
 
     @property
-    def pictures(self) -> list:
+    def pictures(self) -> list[Picture]:
         """Return all of them."""
         pictures = [*self.effort_pictures, *self.acceleration_pictures, self.terms_picture]
         return [picture for picture in pictures if picture is not None]
 
 
-def write_evaluation(folder: Path, evaluations, total, command: str, parameters: str):
+def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
+                     total: Total | Evaluation, command: str, parameters: str) -> None:
     """
     Write report.html, summary.csv, summary.json and figures/*.svg.
 

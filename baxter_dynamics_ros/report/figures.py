@@ -1,6 +1,7 @@
 """The evaluation's figures: effort and its error, acceleration estimators, the effort's terms."""
 
 import matplotlib
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
@@ -16,6 +17,7 @@ from .drawing import STYLE
 from .drawing import svg
 from .drawing import WIDTH
 from .drawing import zero_line
+from ..core.arrays import Array
 from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
 from ..offline.results import Evaluation
@@ -108,7 +110,7 @@ def estimator_picture(name: str, evaluation: Evaluation, joint: int, intervals: 
                        f'acceleration by {what}', svg(figure))
 
 
-def terms_picture(name: str, shares: dict) -> Picture:
+def terms_picture(name: str, shares: dict[str, Array]) -> Picture:
     """Draw what the predicted effort is made of: the RMS of each term, put end to end."""
     rms = np.array([shares[term] for term in TERMS])  # (6, 7) [N m]
     part = 100.0 * rms / np.maximum(rms.sum(axis=0), 1e-12)  # [%]
@@ -131,7 +133,7 @@ def terms_picture(name: str, shares: dict) -> Picture:
                        svg(figure))
 
 
-def _legend(figure: Figure, axis):
+def _legend(figure: Figure, axis: Axes) -> None:
     handles = {line.get_label(): line for line in axis.lines}
     labels = [stroke.label for stroke in STROKES.values() if stroke.label in handles]
     legend = figure.legend(

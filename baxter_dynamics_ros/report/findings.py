@@ -6,7 +6,12 @@ import numpy as np
 
 from .figures import TERM_NAMES
 from .page import number
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import JOINTS
+from ..offline.results import Errors
+from ..offline.results import ErrorStatistics
+from ..offline.results import Statistics
 
 _GOOD = 0.9  # correlation from which on the prediction is said to follow the measurement
 _COINCIDE = 1e-9  # [N m]: by more two methods do not differ on the same parameters
@@ -20,7 +25,7 @@ class Finding(NamedTuple):
     text: str
 
 
-def findings(total) -> list:
+def findings(total: Statistics) -> list[Finding]:
     """
     Return what stands out about the model.
 
@@ -44,7 +49,7 @@ def findings(total) -> list:
     return [finding for finding in found if finding is not None]
 
 
-def remarks(total) -> list:
+def remarks(total: Statistics) -> list[Finding]:
     """Return what stands out about the two methods and about the acceleration; as findings."""
     found = [_two_methods(total.methods), _acceleration(total.estimators)]
     return [finding for finding in found if finding is not None]
@@ -60,7 +65,7 @@ def torque(value: float) -> str:
     return number(value, 2) + _UNIT
 
 
-def _agreement(errors) -> Finding:
+def _agreement(errors: ErrorStatistics) -> Finding:
     follows = errors.correlation >= _GOOD  # false where NaN
     best, worst = errors.rms.argmin(), errors.rms.argmax()
     text = (f'The error is {torque(errors.rms[best])} RMS at {JOINTS[best]}, the best joint, and '
@@ -76,7 +81,7 @@ def _agreement(errors) -> Finding:
     return Finding('Agreement', text)
 
 
-def _worst(errors, shares: dict) -> Finding:
+def _worst(errors: ErrorStatistics, shares: dict[str, Array]) -> Finding:
     worst = errors.rms.argmax()
     term = max(shares, key=lambda name: shares[name][worst])
     greatest = shares[term][worst]
@@ -90,7 +95,7 @@ def _worst(errors, shares: dict) -> Finding:
                    'changes with the motion.')
 
 
-def _offset(errors) -> 'Finding | None':
+def _offset(errors: ErrorStatistics) -> 'Finding | None':
     mostly = _constant(errors) > 0.5
     if not mostly.any():
         return None
@@ -99,7 +104,7 @@ def _offset(errors) -> 'Finding | None':
                    'a load that is not modelled or a tilted base shows like this.')
 
 
-def _beyond_the_terms(errors, shares: dict) -> 'Finding | None':
+def _beyond_the_terms(errors: ErrorStatistics, shares: dict[str, Array]) -> 'Finding | None':
     beyond = errors.rms > np.max(list(shares.values()), axis=0)
     if not beyond.any():
         return None
@@ -107,14 +112,14 @@ def _beyond_the_terms(errors, shares: dict) -> 'Finding | None':
                    f'{_joints(beyond)}: most of what is measured there comes from elsewhere.')
 
 
-def _not_modelled(shares: dict) -> 'Finding | None':
+def _not_modelled(shares: dict[str, Array]) -> 'Finding | None':
     if np.any(shares['friction']) or np.any(shares['other']):
         return None
     return Finding('Friction and bias', 'Both are zero in the parameters used. On a real arm they '
                    'are part of every error until it is calibrated.')
 
 
-def _two_methods(methods: dict) -> 'Finding | None':
+def _two_methods(methods: Errors) -> 'Finding | None':
     if len(methods) < 2:
         return None
     first, second = methods.values()
@@ -126,7 +131,7 @@ def _two_methods(methods: dict) -> 'Finding | None':
                    f'to {apart:.2g}{_UNIT}. On the same parameters they should not.')
 
 
-def _acceleration(estimators: dict) -> 'Finding | None':
+def _acceleration(estimators: Errors) -> 'Finding | None':
     if not {'first_difference', 'butterworth_aligned'} <= estimators.keys():
         return None
     first, aligned = (estimators[name].rms for name in ('first_difference', 'butterworth_aligned'))
@@ -136,12 +141,12 @@ def _acceleration(estimators: dict) -> 'Finding | None':
                    f'of {torque(aligned[most])}.')
 
 
-def _constant(errors) -> np.ndarray:
+def _constant(errors: ErrorStatistics) -> Array:
     """Return which part of the mean square error the signed mean makes, (7,), 0 to 1."""
     return errors.signed_mean ** 2 / np.maximum(errors.rms ** 2, 1e-24)
 
 
-def _joints(where: np.ndarray, values: np.ndarray = None, unit: str = '') -> str:
+def _joints(where: Bools, values: Array | None = None, unit: str = '') -> str:
     if values is None:
         return ', '.join(JOINTS[i] for i in np.flatnonzero(where))
     return ', '.join(f'{JOINTS[i]} ({number(values[i], 2)}{unit})' for i in np.flatnonzero(where))

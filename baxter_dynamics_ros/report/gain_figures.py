@@ -1,6 +1,7 @@
 """What a calibration gained, drawn: before and after, and what each term took away."""
 
 import matplotlib
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 from matplotlib.ticker import MaxNLocator
 from matplotlib.ticker import NullLocator
@@ -18,6 +19,8 @@ from .drawing import STYLE
 from .drawing import svg
 from .page import change
 from .page import number
+from ..calibration.results import Calibration
+from ..core.arrays import Array
 from ..core.joints import JOINTS
 
 BEFORE, AFTER = '#e07b1a', '#0b3c68'
@@ -27,7 +30,7 @@ _WORSE = 1.005  # times the residual before, from which a number shows alarm
 _SMALLEST = 1e-3  # [N m]: a logarithmic scale needs an end
 
 
-def gain_picture(name: str, calibration) -> Picture:
+def gain_picture(name: str, calibration: Calibration) -> Picture:
     """
     Draw each joint's residual on what was left out, before and after.
 
@@ -73,7 +76,7 @@ def gain_picture(name: str, calibration) -> Picture:
                        svg(figure))
 
 
-def steps_picture(name: str, calibration, joint: int) -> Picture:
+def steps_picture(name: str, calibration: Calibration, joint: int) -> Picture:
     """
     Draw what is left of one joint's residual as terms are added.
 
@@ -103,7 +106,7 @@ def steps_picture(name: str, calibration, joint: int) -> Picture:
                        f'{rms[0]:.3f} to {rms[-1]:.3f} N m RMS; kept: {kept}', svg(figure))
 
 
-def _draw_step(axis, row: int, last: float, now: float, kept: bool, reach: float):
+def _draw_step(axis: Axes, row: int, last: float, now: float, kept: bool, reach: float) -> None:
     """Draw the bar of one step: what is left, and what this term took away or added."""
     axis.barh(row, min(last, now), height=0.66, color=AFTER if kept else _NOT_KEPT)
     axis.barh(row, abs(last - now), left=min(last, now), height=0.66,
@@ -113,7 +116,7 @@ def _draw_step(axis, row: int, last: float, now: float, kept: bool, reach: float
                   color=INK if now <= _WORSE * last else ALERT)
 
 
-def _log_ticks(axis, values: np.ndarray):
+def _log_ticks(axis: Axes, values: Array) -> None:
     """Set the limits, and ticks at 1, 2 and 5 as far as there is room."""
     middle = np.sqrt(values.min() * values.max())
     low, high = min(0.8 * values.min(), middle / 3), max(1.25 * values.max(), middle * 3)

@@ -1,6 +1,11 @@
 """The calibrated model, drawn: parameters, the spring at s1, friction, the links' masses."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
@@ -17,6 +22,9 @@ from .drawing import svg
 from .drawing import zero_line
 from .gain_figures import AFTER
 from .gain_figures import BEFORE
+from ..calibration.results import Calibration
+from ..calibration.results import Fitted
+from ..core.arrays import Array
 from ..core.effort import EffortModel
 from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
@@ -29,7 +37,7 @@ _SWING, _SWING_SPEED = 0.1, 0.2
 _SMALLEST = 1e-3  # half of the least height of a panel [N m]
 
 
-def effort_model(values: dict) -> EffortModel:
+def effort_model(values: dict[str, Any]) -> EffortModel:
     """Return the effort model of a predictor's settings."""
     if not values['effort_model.enabled']:
         return EffortModel.rigid()
@@ -38,7 +46,7 @@ def effort_model(values: dict) -> EffortModel:
                           if name.startswith(prefix) and name != 'effort_model.enabled'})
 
 
-def parameters_picture(name: str, calibration) -> 'Picture | None':
+def parameters_picture(name: str, calibration: Calibration) -> 'Picture | None':
     """Draw what was fitted to the joints, a panel a term; None where nothing was."""
     terms = [term for term in PER_JOINT if per_joint(calibration, term)]
     if not terms:
@@ -62,7 +70,7 @@ def parameters_picture(name: str, calibration) -> 'Picture | None':
                        + ', '.join(map(term_name, terms)), svg(figure))
 
 
-def masses_picture(name: str, calibration) -> 'Picture | None':
+def masses_picture(name: str, calibration: Calibration) -> 'Picture | None':
     """Draw the links' masses before and after; None where they were not fitted."""
     fitted = {int(one.name.split()[1]): one for one in calibration.parameters
               if one.term == 'inertial' and one.name.endswith(' mass')}
@@ -80,7 +88,7 @@ def masses_picture(name: str, calibration) -> 'Picture | None':
                        svg(figure))
 
 
-def spring_picture(name: str, calibration) -> 'Picture | None':
+def spring_picture(name: str, calibration: Calibration) -> 'Picture | None':
     """Draw the spring at s1 with the bias there, and what changed; None where there is none."""
     before, after = effort_model(calibration.before), effort_model(calibration.values)
     if not (before.has_spring or after.has_spring):
@@ -114,7 +122,7 @@ def spring_picture(name: str, calibration) -> 'Picture | None':
                        f'between {low:.2f} and {high:.2f} rad', svg(figure))
 
 
-def friction_picture(name: str, calibration, joint: int) -> Picture:
+def friction_picture(name: str, calibration: Calibration, joint: int) -> Picture:
     """Draw one joint's friction: over the velocity, and while it turns round and back."""
     models = {'before': effort_model(calibration.before),
               'after': effort_model(calibration.values)}
@@ -154,14 +162,14 @@ def has_friction(model: EffortModel, joint: int) -> bool:
     return bool(model.coulomb[joint] or model.viscous[joint] or model.dahl[joint])
 
 
-def spring_effort(model: EffortModel, angle: np.ndarray) -> np.ndarray:
+def spring_effort(model: EffortModel, angle: Array) -> Array:
     """Return spring and bias at s1 (n,) [N m] over its angle (n,) [rad]."""
     q = np.zeros((len(angle), N_JOINTS))
     q[:, S1] = angle
     return model.spring(q)[:, S1] + model.bias[S1]
 
 
-def _dots(axis, fitted: dict, others: dict):
+def _dots(axis: Axes, fitted: dict[int, Fitted], others: dict[int, float]) -> None:
     """Draw values with their uncertainties, by place; of others, which were kept, the value."""
     if others:
         axis.plot(list(others), list(others.values()), 'x', color=FAINT, markersize=5.0,
@@ -177,7 +185,7 @@ def _dots(axis, fitted: dict, others: dict):
     axis.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
 
 
-def friction_loop(model: EffortModel, joint: int) -> tuple:
+def friction_loop(model: EffortModel, joint: int) -> tuple[Array, Array]:
     """Return angle [rad] and friction [N m] of a joint that swings to and fro, settled."""
     phase = np.linspace(0.0, 4 * np.pi, 401)
     q = _SWING * np.repeat(np.sin(phase)[:, None], N_JOINTS, 1)
@@ -187,15 +195,15 @@ def friction_loop(model: EffortModel, joint: int) -> tuple:
     return q[200:, joint], friction[200:, joint]
 
 
-def _least_height(axis):
+def _least_height(axis: Axes) -> None:
     low, high = axis.get_ylim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), 10 * _SMALLEST)
     axis.set_ylim(middle - half, middle + half)
 
 
-def _legend(figure, axes, columns: int):
+def _legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
     """Put one legend above all, of what any of the panels has."""
-    handles = {}
+    handles: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels()):
             handles.setdefault(label, handle)

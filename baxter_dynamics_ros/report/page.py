@@ -5,6 +5,7 @@ import math
 import os
 from pathlib import Path
 import shutil
+from typing import Any
 
 from jinja2 import Environment
 from jinja2 import PackageLoader
@@ -16,7 +17,7 @@ from ..core.exceptions import BaxterDynamicsError
 NO_VALUE = '–'
 
 
-def render(template: str, **context) -> bytes:
+def render(template: str, **context: Any) -> bytes:
     """
     Return a page, all of it in one file: no style, script or figure is fetched from anywhere.
 
@@ -91,7 +92,7 @@ def data_uri(picture: Picture) -> str:
     return 'data:image/svg+xml;base64,' + base64.b64encode(picture.svg).decode('ascii')
 
 
-def write_files(folder: Path, files: dict):
+def write_files(folder: str | Path, files: dict[str, bytes]) -> None:
     """
     Write files into a folder, all or none as far as a file system allows.
 

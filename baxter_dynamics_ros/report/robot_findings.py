@@ -1,6 +1,7 @@
 """What a calibration says about the robot, in sentences: lag, tilt, friction, what it carries."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -12,25 +13,26 @@ from .findings import torque
 from .page import change
 from .page import number
 from .page import plus_minus
+from ..calibration.results import Calibration
 from ..core.joints import JOINTS
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 
 
-def remarks(calibration) -> list:
+def remarks(calibration: Calibration) -> list[Finding]:
     """Return what is known of this robot now; as findings."""
     found = [_lag(calibration), _tilt(calibration), _offset(calibration), _friction(calibration),
              _spring(calibration), _payload(calibration)]
     return [finding for finding in found if finding is not None]
 
 
-def tilt(values: dict) -> tuple:
+def tilt(values: dict[str, Any]) -> tuple[float, ...]:
     """Return by how much the base leans: in all, forward and to the left [degrees]."""
     x, y, z = values['gravity']
     return tuple(math.degrees(math.atan2(part, abs(z))) for part in (math.hypot(x, y), x, y))
 
 
-def _lag(calibration) -> Finding:
+def _lag(calibration: Calibration) -> Finding:
     used = 1e3 * calibration.values['acceleration.velocity_lag']
     lag = calibration.lag
     if lag is None:
@@ -53,7 +55,7 @@ def _lag(calibration) -> Finding:
     return Finding('Velocity lag', text)
 
 
-def _tilt(calibration) -> 'Finding | None':
+def _tilt(calibration: Calibration) -> 'Finding | None':
     fitted = {one.name[-1]: one for one in calibration.parameters if one.term == 'tilt'}
     if not fitted:
         return None
@@ -67,7 +69,7 @@ def _tilt(calibration) -> 'Finding | None':
                    f'{"left" if left >= 0 else "right"}.')
 
 
-def _offset(calibration) -> 'Finding | None':
+def _offset(calibration: Calibration) -> 'Finding | None':
     bias = per_joint(calibration, 'bias')
     if not bias:
         return None
@@ -75,7 +77,7 @@ def _offset(calibration) -> 'Finding | None':
     return Finding('Offset', f'The largest is at {JOINTS[most]}, {value_text(bias[most])}.')
 
 
-def _friction(calibration) -> 'Finding | None':
+def _friction(calibration: Calibration) -> 'Finding | None':
     values = calibration.values
     slow = np.add(values['effort_model.coulomb'], values['effort_model.dahl'])
     if not slow.any() or not calibration.values['effort_model.enabled']:
@@ -87,7 +89,7 @@ def _friction(calibration) -> 'Finding | None':
                    'hysteresis.')
 
 
-def _spring(calibration) -> 'Finding | None':
+def _spring(calibration: Calibration) -> 'Finding | None':
     fitted = [one for one in calibration.parameters if one.term == 'spring']
     if not fitted:
         return None
@@ -99,7 +101,7 @@ def _spring(calibration) -> 'Finding | None':
                    f'(gain {value_text(gain)}).')
 
 
-def _payload(calibration) -> 'Finding | None':
+def _payload(calibration: Calibration) -> 'Finding | None':
     fitted = {one.name.split()[-1]: one for one in calibration.parameters
               if one.term == 'payload'}
     if not fitted:

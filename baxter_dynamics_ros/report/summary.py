@@ -1,9 +1,11 @@
 """An evaluation's numbers for other programs: summary.json and summary.csv."""
 
+from collections.abc import Sequence
 import csv
 import io
 import json
 import math
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +14,9 @@ from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
 from ..offline.results import ErrorStatistics
 from ..offline.results import ESTIMATORS
+from ..offline.results import Evaluation
 from ..offline.results import METHODS
+from ..offline.results import Statistics
 from ..offline.results import TERMS
 
 NOTHING = ErrorStatistics(0, *np.full((4, N_JOINTS), np.nan))  # of a recording without effort
@@ -21,7 +25,8 @@ _CSV_HEADER = ('recording', 'topic', 'arm', 'method', 'joint', 'samples', 'rms [
                'mean_abs [N m]', 'signed_mean [N m]', 'correlation')
 
 
-def summary_json(evaluations, total, command: str, parameters: str) -> str:
+def summary_json(evaluations: Sequence[Evaluation], total: Statistics, command: str,
+                 parameters: str) -> str:
     """
     Return the statistics over all recordings and of each, with null for what is no number.
 
@@ -56,7 +61,7 @@ def summary_json(evaluations, total, command: str, parameters: str) -> str:
     }, indent=2, allow_nan=False) + '\n'
 
 
-def summary_csv(evaluations) -> str:
+def summary_csv(evaluations: Sequence[Evaluation]) -> str:
     """Return a row per recording, method and joint; what is no number is left empty."""
     buffer = io.StringIO()
     writer = csv.writer(buffer)
@@ -71,7 +76,7 @@ def summary_csv(evaluations) -> str:
     return buffer.getvalue()
 
 
-def _statistics(of) -> dict:
+def _statistics(of: Statistics) -> dict[str, Any]:
     errors = {method: _as_lists(of.methods.get(method, NOTHING)) for method in METHODS}
     return {
         **errors,
@@ -82,13 +87,13 @@ def _statistics(of) -> dict:
     }
 
 
-def _as_lists(errors: ErrorStatistics) -> dict:
+def _as_lists(errors: ErrorStatistics) -> dict[str, Any]:
     arrays = {name: [_number(value) for value in array]
               for name, array in errors._asdict().items() if name != 'count'}
     return {'count': int(errors.count), **arrays}
 
 
-def _number(value) -> 'float | None':
+def _number(value: float) -> 'float | None':
     return float(value) if math.isfinite(value) else None
 
 

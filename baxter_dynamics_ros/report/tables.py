@@ -1,6 +1,9 @@
 """The report's tables, as data: the paper's Table V, sizes of errors, terms, accelerations."""
 
+from collections.abc import Iterable
+from collections.abc import Sequence
 from itertools import groupby
+from typing import Any
 from typing import NamedTuple
 
 import numpy as np
@@ -9,11 +12,14 @@ from .figures import STROKES
 from .figures import TERM_NAMES
 from .page import number
 from .summary import NOTHING
+from ..core.arrays import Array
 from ..core.joints import JOINTS
 from ..core.paper_tables import TABLE_V
 from ..core.paper_tables import TABLE_V_SUM
 from ..offline.results import ESTIMATORS
+from ..offline.results import Evaluation
 from ..offline.results import METHODS
+from ..offline.results import Statistics
 
 # Widths of the rows' names, by kind, in the font's size; the page's styles have the same.
 _HEADS = {'corner': 3.6, 'terms': 11.0, 'names': 12.0}
@@ -24,10 +30,10 @@ class Column(NamedTuple):
     """Numbers below one another."""
 
     label: str
-    values: np.ndarray  # (n,), or n of str that are shown as they are
+    values: Array | Sequence[str]  # (n,); str are shown as they are
     group: str = ''  # heading that it shares with its neighbours
     digits: int = 3
-    whole: 'np.ndarray | None' = None  # (n,), the values whose bar is as long as the cell
+    whole: 'Array | None' = None  # (n,), the values whose bar is as long as the cell
     foot: 'float | None' = None  # below the line
 
     def text(self, index: int) -> str:
@@ -41,12 +47,12 @@ class Table(NamedTuple):
 
     caption: str
     corner: str  # what the rows are
-    rows: tuple  # of str, or of (str, address within the page)
-    columns: tuple
+    rows: tuple[Any, ...]  # of str, or of (str, address within the page)
+    columns: tuple[Column, ...]
     foot: str = ''  # name of the last row
 
     @property
-    def groups(self) -> list:
+    def groups(self) -> list[tuple[str, int]]:
         """Return (heading, number of columns) of neighbours; empty where there is no heading."""
         if not any(column.group for column in self.columns):
             return []
@@ -75,7 +81,7 @@ class Table(NamedTuple):
         return bool(group) and (index == 0 or self.columns[index - 1].group != group)
 
 
-def size_table(of, where: str) -> Table:
+def size_table(of: Statistics, where: str) -> Table:
     """Return RMS, mean |e| and correlation of both methods."""
     columns = []
     for statistic, group in (('rms', 'RMS'), ('mean_abs', 'mean |e|'),
@@ -88,7 +94,7 @@ def size_table(of, where: str) -> Table:
                  JOINTS, tuple(columns))
 
 
-def table_five(of, where: str) -> Table:
+def table_five(of: Statistics, where: str) -> Table:
     """Return the paper's Table V for this, beside the paper's own columns."""
     columns = []
     for method in METHODS:
@@ -103,7 +109,7 @@ def table_five(of, where: str) -> Table:
                  'joint', JOINTS, tuple(columns), 'sum')
 
 
-def terms_table(shares: dict) -> Table:
+def terms_table(shares: dict[str, Array]) -> Table:
     """Return what the predicted effort is made of."""
     greatest = np.max(list(shares.values()), axis=0)  # (7,)
     return Table('RMS of each term [N m]; the bars compare the terms of a joint', 'joint', JOINTS,
@@ -111,7 +117,7 @@ def terms_table(shares: dict) -> Table:
                        for term, name in TERM_NAMES.items()))
 
 
-def estimators_table(of) -> Table:
+def estimators_table(of: Statistics) -> Table:
     """Return the RMS error with each way of finding the acceleration."""
     rms = {estimator: of.estimators[estimator].rms for estimator in ESTIMATORS
            if estimator in of.estimators}
@@ -121,7 +127,7 @@ def estimators_table(of) -> Table:
                                         for estimator, values in rms.items()))
 
 
-def recordings_table(evaluations, addresses) -> Table:
+def recordings_table(evaluations: Sequence[Evaluation], addresses: Iterable[str]) -> Table:
     """Return the RMS error of each recording, Lagrange-Euler."""
     rms = np.array([evaluation.methods.get('lagrange_euler', NOTHING).rms
                     for evaluation in evaluations])  # (n, 7)
@@ -133,5 +139,5 @@ def recordings_table(evaluations, addresses) -> Table:
                    for joint, column in zip(JOINTS, rms.T))))
 
 
-def _greatest(values: np.ndarray) -> float:
+def _greatest(values: Array) -> float:
     return float(np.fmax.reduce(values))

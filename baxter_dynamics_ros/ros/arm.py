@@ -1,9 +1,14 @@
 """One arm of the node: its stream handler, what it publishes, and the services that it answers."""
 
+from collections.abc import Sequence
 import time
+from typing import Any
+from typing import cast
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
@@ -14,10 +19,13 @@ from .messages import set_vector
 from .messages import to_field
 from .period import PeriodStatistics
 from .services import Answers
+from ..core.arrays import Array
+from ..core.joints import BASE_FRAME
 from ..signals.events import Event
+from ..signals.external import External
+from ..signals.external import ExternalEffort
+from ..signals.predictor import Prediction
 from ..signals.settings import PredictorSettings
-
-WRENCH_FRAME = 'base'
 
 
 class Arm:
@@ -39,6 +47,8 @@ class Arm:
     ----------
     predictor : Predictor
         The stream handler.
+    external : ExternalEffort
+        Its part that tells what pushes the arm.
     settings : PredictorSettings
         As they are.
     statistics : PeriodStatistics
@@ -48,10 +58,11 @@ class Arm:
 
     """
 
-    def __init__(self, node, settings: PredictorSettings, side: str = ''):
+    def __init__(self, node: Node, settings: PredictorSettings, side: str = '') -> None:
         self.side = side
         self.settings = settings
         self.predictor = settings.predictor(external=True)
+        self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
         self.statistics = PeriodStatistics()
         self._taken = -float('inf')  # monotonic time of a valid joint state of the arm [s]
         self._predicted = -float('inf')  # monotonic time [s]
@@ -64,7 +75,8 @@ class Arm:
         # One message of each kind, filled anew each time: rclpy copies what it publishes.
         self._joint_state = joint_state(self.predictor.stream.intake.names, 0)
         self._wrench_stamped = WrenchStamped()
-        self._wrench_stamped.header.frame_id = WRENCH_FRAME
+        for message in (self._joint_state, self._wrench_stamped):
+            message.header.frame_id = BASE_FRAME  # RViz shows no joint state without a frame
         self._bool = Bool()
 
     @property
@@ -77,7 +89,8 @@ class Arm:
         """Time since the last prediction [s]; infinite if there was none."""
         return time.monotonic() - self._predicted
 
-    def take(self, stamp_ns: int, stamped: bool, names, position, velocity, effort):
+    def take(self, stamp_ns: int, stamped: bool, names: Sequence[str], position: Array,
+             velocity: Array, effort: Array) -> None:
         """
         Take a joint state, as the stream handler does, and publish what it gives.
 
@@ -92,16 +105,16 @@ class Arm:
         if prediction is not None:
             self._predicted = self._taken
             self._tell_prediction(prediction)
-        external = predictor.external.latest
+        external = self.external.latest
         if external is not None:
             self._tell_external(external)
 
-    def configure(self, settings: PredictorSettings):
+    def configure(self, settings: PredictorSettings) -> None:
         """Change the settings in mid-stream."""
         settings.configure(self.predictor, self.settings)
         self.settings = settings
 
-    def offer_services(self, gravity_torques: type, inverse_dynamics: type):
+    def offer_services(self, gravity_torques: type[Any], inverse_dynamics: type[Any]) -> None:
         """Answer services of these types."""
         answers = Answers(self.predictor, lambda: self.age, lambda: self.prediction_age)
         self._node.create_service(
@@ -111,16 +124,16 @@ class Arm:
             inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS, self.side),
             lambda request, response: answers.inverse_dynamics(self.settings, request, response))
 
-    def _tell_prediction(self, prediction):
+    def _tell_prediction(self, prediction: Prediction) -> None:
         self.statistics.add(prediction.residual)
         self._prepare(prediction)
         self._publish(self._prediction, prediction.effort)
         if prediction.residual is not None:
             self._publish(self._residual, prediction.residual)
 
-    def _tell_external(self, external):
+    def _tell_external(self, external: External) -> None:
         if external.contact:
-            self.statistics.add_contact(self.predictor.external.detector.joints)
+            self.statistics.add_contact(self.external.detector.joints)
         if self._external.get_subscription_count():
             self._prepare(external)
             self._publish(self._external, external.effort)
@@ -128,7 +141,7 @@ class Arm:
             self._bool.data = external.contact
             self._contact.publish(self._bool)
         if self._wrench.get_subscription_count():
-            wrench = self.predictor.external.wrench(external)
+            wrench = self.external.wrench(external)
             self.statistics.add_wrench(wrench)
             if wrench is not None:
                 message = self._wrench_stamped
@@ -137,20 +150,20 @@ class Arm:
                 set_vector(message.wrench.torque, wrench.torque)
                 self._wrench.publish(message)
 
-    def _prepare(self, result):
+    def _prepare(self, result: Prediction | External) -> None:
         """Put the instant and the motion of a prediction or external effort into the message."""
         message = self._joint_state
         set_stamp(message.header, result.stamp_ns)
         message.position = to_field(result.q)
         message.velocity = to_field(result.qd)
 
-    def _publish(self, publisher, effort):
+    def _publish(self, publisher: Publisher, effort: Array) -> None:
         """Publish the prepared message with an effort."""
         if publisher.get_subscription_count():
             self._joint_state.effort = to_field(effort)
             publisher.publish(self._joint_state)
 
-    def _publisher(self, kind: type, name: str):
+    def _publisher(self, kind: type[Any], name: str) -> Publisher:
         # Of rclpy's event handlers, two a publisher, each costs something with every message.
         return self._node.create_publisher(
             kind, topics.below_node(name, self.side), topics.PUBLISHER_QOS,

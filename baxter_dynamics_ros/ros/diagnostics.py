@@ -3,6 +3,8 @@
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
 
+from .arm import Arm
+from ..core.arrays import Bools
 from ..core.joints import JOINTS
 from ..signals.events import DROPPED
 from ..signals.events import Event
@@ -58,7 +60,7 @@ SAYS = {
 }
 
 
-def report(place: str, topic: str, publishers: int, arm) -> list:
+def report(place: str, topic: str, publishers: int, arm: Arm) -> list[DiagnosticStatus]:
     """
     Return the diagnostic statuses of an arm.
 
@@ -83,7 +85,7 @@ def report(place: str, topic: str, publishers: int, arm) -> list:
     return statuses
 
 
-def _input(arm, topic, publishers):
+def _input(arm: Arm, topic: str, publishers: int) -> DiagnosticStatus:
     status = _status('input', OK, 'input', topic=topic)
     _warn_of(status, _INPUT_EVENTS, arm)
     if arm.age > STALE_AFTER:
@@ -101,7 +103,7 @@ def _input(arm, topic, publishers):
     return status
 
 
-def _stamps(arm):
+def _stamps(arm: Arm) -> DiagnosticStatus:
     clock = arm.predictor.stream.clock
     if arm.age > STALE_AFTER:
         status = _status('stamps', STALE, 'waiting')
@@ -121,7 +123,7 @@ def _stamps(arm):
     return status
 
 
-def _filter(arm):
+def _filter(arm: Arm) -> DiagnosticStatus:
     predictor, statistics = arm.predictor, arm.statistics
     if arm.age > STALE_AFTER:
         state, status = 'waiting', _status('filter', STALE, 'waiting')
@@ -143,7 +145,7 @@ def _filter(arm):
     return status
 
 
-def _effort(arm):
+def _effort(arm: Arm) -> DiagnosticStatus:
     status = _status('effort', OK, 'effort')
     _warn_of(status, NO_EFFORT, arm)
     valid = str(status.level == OK)
@@ -154,7 +156,7 @@ def _effort(arm):
     return status
 
 
-def _residual(arm):
+def _residual(arm: Arm) -> DiagnosticStatus:
     rms = arm.statistics.residual_rms
     status = _status('residual', STALE if arm.age > STALE_AFTER else OK,
                      'no residual' if rms is None else 'residual')
@@ -163,8 +165,8 @@ def _residual(arm):
     return status
 
 
-def _external(arm):
-    detector = arm.predictor.external.detector
+def _external(arm: Arm) -> DiagnosticStatus:
+    detector = arm.external.detector
     joints = _named(detector.joints)
     if arm.age > STALE_AFTER or not arm.statistics.since('external'):
         status = _status('external', STALE, 'no external')
@@ -193,15 +195,15 @@ def _external(arm):
     return status
 
 
-def _named(joints) -> str:
+def _named(joints: Bools) -> str:
     return ', '.join(joint for joint, is_one in zip(JOINTS, joints) if is_one)
 
 
-def _status(name: str, level, what: str, **details) -> DiagnosticStatus:
+def _status(name: str, level: bytes, what: str, **details: object) -> DiagnosticStatus:
     return DiagnosticStatus(name=name, level=level, message=SAYS[what].format(**details))
 
 
-def _warn_of(status, events, arm):
+def _warn_of(status: DiagnosticStatus, events: tuple[Event, ...], arm: Arm) -> None:
     """Raise the status to WARN, and say why, if any of the events occurred in the period."""
     reasons = [REMEDIES[event] for event in events
                if event in REMEDIES and arm.statistics.since(event)]
@@ -210,10 +212,10 @@ def _warn_of(status, events, arm):
         status.message = '; '.join(reasons)
 
 
-def _add_counts(status, events, arm):
+def _add_counts(status: DiagnosticStatus, events: tuple[Event, ...], arm: Arm) -> None:
     for event in events:
         _add(status, event.value, arm.predictor.counts[event])
 
 
-def _add(status, key, value):
+def _add(status: DiagnosticStatus, key: str, value: object) -> None:
     status.values.append(KeyValue(key=key, value=str(value)))

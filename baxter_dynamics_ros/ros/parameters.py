@@ -2,6 +2,7 @@
 
 from difflib import get_close_matches
 import math
+from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import IntegerRange
@@ -9,6 +10,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.exceptions import InvalidParameterValueException
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..core.exceptions import ArgumentError
@@ -44,16 +46,18 @@ class Parameters:
 
     """
 
-    def __init__(self, values: dict):
+    def __init__(self, values: dict[str, Any]) -> None:
         self._values = values
-        self._verdict_on = self._next = None  # changes, and the parameters with them
+        # Changes, and the parameters with them.
+        self._verdict_on: list[Parameter] | None = None
+        self._next: Parameters | None = None
         self._named = named_settings(values['arm'])
         self.settings = per_arm(values)
         for settings in self.settings.values():
             settings.warm_up()
 
     @classmethod
-    def declare(cls, node) -> 'Parameters':
+    def declare(cls, node: Node) -> 'Parameters':
         """
         Declare all settings as parameters of the node and return what they were given.
 
@@ -73,7 +77,7 @@ class Parameters:
             PredictorSettings({'base.roll': roll}).warm_up()
         return cls(values)
 
-    def proposed(self, changes) -> 'Parameters':
+    def proposed(self, changes: list[Parameter]) -> 'Parameters':
         """
         Return the parameters as they would be with ``changes``, ROS parameters, set.
 
@@ -83,13 +87,14 @@ class Parameters:
             If a value is refused.
 
         """
-        if changes is self._verdict_on:  # rclpy hands over the same list to both its callbacks
+        # rclpy hands over the same list to both its callbacks.
+        if self._next is not None and changes is self._verdict_on:
             return self._next
         return Parameters({**self._values, **{
             parameter.name: parameter.value for parameter in changes
             if parameter.name in self._values}})
 
-    def refuse_other_types(self, changes):
+    def refuse_other_types(self, changes: list[Parameter]) -> None:
         """
         Refuse ``changes``, ROS parameters, to another type: rclpy would not say which it refuses.
 
@@ -105,7 +110,7 @@ class Parameters:
                     _value(setting)):
                 raise ArgumentError(parameter.name, f'expected {_type(setting)}')
 
-    def verdict(self, changes) -> SetParametersResult:
+    def verdict(self, changes: list[Parameter]) -> SetParametersResult:
         """Say whether ``changes``, ROS parameters, may be set."""
         try:
             self._next = self.proposed(changes)
@@ -115,7 +120,7 @@ class Parameters:
         return SetParametersResult(successful=True)
 
 
-def refuse_misspelt(node):
+def refuse_misspelt(node: Node) -> None:
     """
     Refuse parameters given to the node that are nearly the name of one of its own.
 
@@ -135,7 +140,7 @@ def refuse_misspelt(node):
             node.get_logger().warning(f'parameter {name} is given, but there is none')
 
 
-def no_such(node, name: str) -> str:
+def no_such(node: Node, name: str) -> str:
     """Return what to say of a parameter that the node does not have."""
     known = node.list_parameters([], 0).names
     of_each = [f'{side}.{name}' for side in SIDES]
@@ -143,7 +148,7 @@ def no_such(node, name: str) -> str:
     return f'{NO_SUCH}; is {" or ".join(meant)} meant?' if meant else NO_SUCH
 
 
-def _declare(node, name: str, setting: Setting):
+def _declare(node: Node, name: str, setting: Setting) -> Any:
     try:
         value = node.declare_parameter(name, _value(setting), _descriptor(setting)).value
     except InvalidParameterTypeException:
@@ -156,7 +161,7 @@ def _declare(node, name: str, setting: Setting):
     return value
 
 
-def _value(setting: Setting):
+def _value(setting: Setting) -> Any:
     default = setting.default
     return list(default) if isinstance(default, tuple) else default
 
@@ -196,6 +201,6 @@ def _type(setting: Setting) -> str:
     return 'a number with a decimal point, such as 1.0'
 
 
-def _choices(setting: Setting) -> tuple:
+def _choices(setting: Setting) -> tuple[str, ...]:
     """Return what may be chosen: the node knows both arms, a stream one."""
     return (*setting.choices, BOTH) if setting.name == 'arm' else setting.choices

@@ -4,7 +4,11 @@ from collections import Counter
 
 import numpy as np
 
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import N_JOINTS
+from ..signals.events import Event
+from ..signals.wrench import HandWrench
 
 
 class PeriodStatistics:
@@ -29,23 +33,23 @@ class PeriodStatistics:
 
     """
 
-    def __init__(self):
-        self._before = Counter()  # counts at the end of the last period
-        self._counts = Counter()  # counts at the end of this
+    def __init__(self) -> None:
+        self._before: Counter[Event | str] = Counter()  # counts at the end of the last period
+        self._counts: Counter[Event | str] = Counter()  # counts at the end of this
         self.rate = self.highest_rate = float('inf')
         self.dry = 0.0
         self.withheld = 0
-        self.unexplained = None
+        self.unexplained: float | None = None
         self.begin()
 
-    def begin(self):
+    def begin(self) -> None:
         """Begin a new period."""
         self._square = np.zeros(N_JOINTS)
         self._residuals = 0
         self.touched = np.zeros(N_JOINTS, dtype=bool)
         self._withheld_before = self.withheld
 
-    def close(self, counts: Counter, period: float):
+    def close(self, counts: Counter[Event | str], period: float) -> None:
         """End a period of ``period`` [s]; ``counts`` are those of now."""
         self._before, self._counts = self._counts, Counter(counts)
         before, self.rate = self.rate, self.since('taken') / period
@@ -53,22 +57,22 @@ class PeriodStatistics:
         is_dry = self.since('taken') > 0 and not self.since('predicted')
         self.dry = self.dry + period if is_dry else 0.0
 
-    def add(self, residual):
+    def add(self, residual: Array | None) -> None:
         """Take the residual (7,) [N m] of a prediction, or None."""
         if residual is not None:
             self._square += residual * residual
             self._residuals += 1
 
-    def add_contact(self, joints: np.ndarray):
+    def add_contact(self, joints: Bools) -> None:
         """Take the joints (7,) bool that show a contact."""
         self.touched |= joints
 
-    def add_wrench(self, wrench):
+    def add_wrench(self, wrench: HandWrench | None) -> None:
         """Take a wrench, or None where it is withheld."""
         self.withheld += wrench is None
         self.unexplained = None if wrench is None else wrench.unexplained
 
-    def since(self, event) -> int:
+    def since(self, event: Event | str) -> int:
         """Return how often an event occurred in the period that was closed last."""
         return self._counts[event] - self._before[event]
 
@@ -78,6 +82,6 @@ class PeriodStatistics:
         return self.withheld > self._withheld_before
 
     @property
-    def residual_rms(self) -> 'np.ndarray | None':
+    def residual_rms(self) -> 'Array | None':
         """RMS of the period's residuals (7,) [N m]; None if there were none."""
         return np.sqrt(self._square / self._residuals) if self._residuals else None

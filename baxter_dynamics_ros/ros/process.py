@@ -1,18 +1,21 @@
 """A node as a process: spin, shut down cleanly, and say in one line why it cannot start."""
 
 from argparse import ArgumentParser
+from collections.abc import Callable
+from contextlib import suppress
 import sys
 
 import rclpy
 from rclpy.exceptions import NotInitializedException
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 
 from ..core.exceptions import BaxterDynamicsError
 
 
-def run(make_node, name: str, args=None) -> int:
+def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None) -> int:
     """
     Run a node until SIGINT or SIGTERM.
 
@@ -63,5 +66,6 @@ def run(make_node, name: str, args=None) -> int:
             raise
         # A signal ended the context while a callback was still using it.
     finally:
-        rclpy.try_shutdown()
+        with suppress(RuntimeError):  # a signal ended it since try_shutdown() looked
+            rclpy.try_shutdown()
     return 0

@@ -1,11 +1,18 @@
 """The two services' answers: gravity torques and inverse dynamics of one arm."""
 
+from array import array
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
+from sensor_msgs.msg import JointState
 
 from .messages import from_field
 from .messages import joint_state
 from .messages import stamp_ns
 from .messages import to_field
+from ..core.arrays import Array
+from ..core.arrays import Indices
 from ..core.exceptions import ArgumentError
 from ..core.joints import N_JOINTS
 from ..core.validation import finite
@@ -13,6 +20,9 @@ from ..signals.events import Event
 from ..signals.events import REMEDIES
 from ..signals.intake import PLAUSIBLE_POSITION
 from ..signals.intake import PLAUSIBLE_VELOCITY
+from ..signals.predictor import Predictor
+from ..signals.settings import PredictorSettings
+from ..signals.stream import State
 
 MAX_AGE = 1.0  # [s]; an older state is not the arm's state any more
 # Beyond these a request cannot mean a Baxter: are they in rad, rad/s, rad/s^2?
@@ -33,12 +43,13 @@ class Answers:
 
     """
 
-    def __init__(self, predictor, state_age, prediction_age):
+    def __init__(self, predictor: Predictor, state_age: Callable[[], float],
+                 prediction_age: Callable[[], float]) -> None:
         self._predictor = predictor
         self._state_age = state_age
         self._prediction_age = prediction_age
 
-    def gravity_torques(self, settings, request, response):
+    def gravity_torques(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
         """Answer ``GravityTorques``."""
         try:
             q, stamp, whose = self._position(request.state)
@@ -53,7 +64,7 @@ class Answers:
         response.actuator_effort = to_field(holding)
         return response
 
-    def inverse_dynamics(self, settings, request, response):
+    def inverse_dynamics(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
         """Answer ``InverseDynamics``."""
         try:
             q, qd, qdd, presliding, stamp, whose = self._motion(
@@ -77,22 +88,22 @@ class Answers:
         return response
 
     @property
-    def _names(self):
+    def _names(self) -> tuple[str, ...]:
         return self._predictor.stream.intake.names
 
-    def _position(self, state):
+    def _position(self, state: JointState) -> tuple[Array, int, str]:
         """Return q, its stamp [ns] and what it is, of a request's state."""
         if len(state.name):
             layout = self._layout(state)
             return self._pick('state.position', state.position, state, layout), stamp_ns(
                 state.header), 'the given state'
         _refuse_nameless(state)
-        latest = self._predictor.latest
-        self._refuse_old(latest)
+        latest = self._latest()
         return latest.q, latest.stamp_ns, (
             f'the latest measured state, {self._state_age():.3f} s old')
 
-    def _motion(self, state, acceleration):
+    def _motion(self, state: JointState, acceleration: 'array[float]'
+                ) -> tuple[Array, Array, Array, Array | None, int, str]:
         """Return q, qd, qdd, Dahl's state, their stamp [ns] and what they are, of a request."""
         if len(state.name):
             layout = self._layout(state)
@@ -104,18 +115,18 @@ class Answers:
         if len(acceleration):
             raise ArgumentError('acceleration', 'its order is that of state.name, which is '
                                 'empty: give the state, too, or leave both empty')
-        self._refuse_old(self._predictor.latest)
+        latest = self._latest()
         now = self._predictor.prediction
         if now is None or self._prediction_age() > MAX_AGE:
             raise ArgumentError('state', 'the acceleration filter has no estimate: it settles for '
                                 f'{self._predictor.estimator.settling_time:.2f} s after a start; '
                                 'if it never does, the diagnostics say why')
-        behind = (self._predictor.latest.stamp_ns - now.stamp_ns) * 1e-6
+        behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
         return (now.q, now.qd, now.qdd, self._predictor.presliding, now.stamp_ns,
                 f'the estimate for {behind:.0f} ms before the latest measured state, '
                 f'{self._state_age():.3f} s old')
 
-    def _layout(self, state):
+    def _layout(self, state: JointState) -> Indices:
         layout = self._predictor.stream.intake.layout(state.name)
         if layout is Event.DUPLICATE_JOINT:
             raise ArgumentError('state.name', 'names a joint of the arm twice')
@@ -124,7 +135,8 @@ class Answers:
             raise ArgumentError('state.name', f'lacks {", ".join(missing)}')
         return layout
 
-    def _pick(self, field, values, state, layout, optional=False):
+    def _pick(self, field: str, values: 'array[float]', state: JointState, layout: Indices,
+              optional: bool = False) -> Array:
         """Return the arm's values (7,) of a field that is in the order of state.name."""
         if optional and not len(values):
             return np.zeros(N_JOINTS)
@@ -138,21 +150,23 @@ class Answers:
                                 f'(rad, s), got {largest:g}')
         return result
 
-    def _refuse_old(self, latest):
-        age = self._state_age()
+    def _latest(self) -> State:
+        """Return the latest measured state; refuse one that is old."""
+        latest, age = self._predictor.latest, self._state_age()
         if latest is None or age > MAX_AGE:
             since = 'yet' if latest is None else f'for {age:.1f} s'
             raise ArgumentError('state', 'empty, which asks for the latest measured state, but '
                                 f'no valid joint state of {self._names[0]} ... {self._names[-1]} '
                                 f'has arrived {since}: give a state, or see the diagnostics')
+        return latest
 
 
-def _remark(settings, q) -> str:
+def _remark(settings: PredictorSettings, q: Array) -> str:
     held = settings.effort_model.spring_is_held(q)
     return f'; {REMEDIES[Event.SPRING_HELD]}' if held else ''
 
 
-def _refuse_nameless(state):
+def _refuse_nameless(state: JointState) -> None:
     if len(state.position) or len(state.velocity) or len(state.effort):
         raise ArgumentError('state.name', 'empty, but the state has values: joints are matched '
                             'by name')

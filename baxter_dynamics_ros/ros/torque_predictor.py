@@ -9,6 +9,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock import ClockType
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -31,14 +32,15 @@ _AT_ONCE = 30  # joint states; then others have their turn
 class TorquePredictor(Node):
     """Predict the effort of Baxter's arms from joint states; publish what differs, what pushes."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__('torque_predictor')
         self._given = Parameters.declare(self)
         settings = self._given.settings
         only = len(settings) == 1
         self._arms = {side: Arm(self, its, '' if only else side) for side, its in settings.items()}
         self._last_report = time.monotonic()
-        self._reported = {}  # status name -> (level, message), to log changes
+        # Status name -> (level, message), to log changes.
+        self._reported: dict[str, tuple[bytes, str]] = {}
         self._diagnostics = self.create_publisher(
             DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
         self.create_service(Trigger, topics.RESET, self._on_reset)
@@ -59,7 +61,7 @@ class TorquePredictor(Node):
                 f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
                 f'{arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state')
 
-    def set_parameters_atomically(self, parameter_list):
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters as rclpy does, but say which one is refused."""
         try:
             for parameter in parameter_list:
@@ -70,7 +72,7 @@ class TorquePredictor(Node):
             return SetParametersResult(successful=False, reason=str(error))
         return super().set_parameters_atomically(parameter_list)
 
-    def _on_joint_state(self, message: JointState):
+    def _on_joint_state(self, message: JointState) -> None:
         """Take a joint state, and those that wait behind it: rclpy would take one a round."""
         self._take(message)
         for _ in range(_AT_ONCE):
@@ -79,7 +81,7 @@ class TorquePredictor(Node):
                 break
             self._take(waiting[0])
 
-    def _take(self, message: JointState):
+    def _take(self, message: JointState) -> None:
         stamp = stamp_ns(message.header)
         stamped = stamp != 0
         if not stamped:
@@ -89,7 +91,7 @@ class TorquePredictor(Node):
         for arm in self._arms.values():
             arm.take(stamp, stamped, *fields)
 
-    def _on_reset(self, request, response):
+    def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         predictors = [arm.predictor for arm in self._arms.values()]
         retimed = any(predictor.stream.clock.retimed for predictor in predictors)
         for predictor in predictors:
@@ -100,12 +102,12 @@ class TorquePredictor(Node):
                             + ', once the period of the stamps is found again' * retimed)
         return response
 
-    def _on_parameters_set(self, changes):
+    def _on_parameters_set(self, changes: list[Parameter]) -> None:
         self._given = self._given.proposed(changes)
         for side, settings in self._given.settings.items():
             self._arms[side].configure(settings)
 
-    def _on_diagnostics(self):
+    def _on_diagnostics(self) -> None:
         now = time.monotonic()
         period = now - self._last_report
         self._last_report = now
@@ -124,14 +126,14 @@ class TorquePredictor(Node):
                 self._log(status)
             self._reported[status.name] = said
 
-    def _log(self, status: DiagnosticStatus):
+    def _log(self, status: DiagnosticStatus) -> None:
         """Say a status that has changed in the log, too."""
         if status.level != DiagnosticStatus.OK:
             self.get_logger().warning(f'{status.name}: {status.message}')
         elif self._reported.get(status.name, (DiagnosticStatus.OK,))[0] != DiagnosticStatus.OK:
             self.get_logger().info(f'{status.name}: {status.message}')
 
-    def _offer_services(self):
+    def _offer_services(self) -> None:
         try:
             from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
         except ImportError:
@@ -144,7 +146,7 @@ class TorquePredictor(Node):
             arm.offer_services(GravityTorques, InverseDynamics)
 
 
-def main(args=None):
+def main(args: list[str] | None = None) -> int:
     """Run the node until it is interrupted or terminated."""
     return run(TorquePredictor, 'torque_predictor', args)
 

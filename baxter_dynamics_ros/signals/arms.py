@@ -1,5 +1,8 @@
 """One arm or both: which settings each arm has of its own, and the names they bear then."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from .settings import DEFAULTS
 from .settings import PredictorSettings
 from .settings import Setting
@@ -11,7 +14,7 @@ BOTH = 'both'
 _OWN = ('effort_model.', 'payload.', 'links.')  # what belongs to one arm, not to the robot
 
 
-def sides(arm: str) -> tuple:
+def sides(arm: str) -> tuple[str, ...]:
     """
     Return the sides that the setting ``arm`` means.
 
@@ -28,7 +31,7 @@ def sides(arm: str) -> tuple:
     return (arm,)
 
 
-def named_settings(arm: str) -> dict:
+def named_settings(arm: str) -> dict[str, Setting]:
     """
     Return all settings by the names they bear where the setting ``arm`` is as given.
 
@@ -54,7 +57,7 @@ def named_settings(arm: str) -> dict:
     return named
 
 
-def per_arm(values: dict) -> dict:
+def per_arm(values: Mapping[str, Any]) -> dict[str, PredictorSettings]:
     """
     Return the settings of each arm that ``values``, by their names, are for.
 
@@ -79,12 +82,12 @@ def per_arm(values: dict) -> dict:
     return {side: _of(side, arm, values) for side in sides(arm)}
 
 
-def _names(setting: Setting, arm: str) -> list:
+def _names(setting: Setting, arm: str) -> list[str]:
     own = arm == BOTH and setting.name.startswith(_OWN)
     return [f'{side}.{setting.name}' for side in SIDES] if own else [setting.name]
 
 
-def _of(side: str, arm: str, values: dict) -> PredictorSettings:
+def _of(side: str, arm: str, values: Mapping[str, Any]) -> PredictorSettings:
     prefix = f'{side}.'
     own = {}
     for setting in SETTINGS:

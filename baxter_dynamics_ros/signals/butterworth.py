@@ -6,6 +6,8 @@ from math import sqrt
 
 import numpy as np
 
+from ..core.arrays import Array
+
 DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
 
 
@@ -32,23 +34,25 @@ class ButterworthDerivative:
 
     """
 
-    def __init__(self, cutoff: float):
+    def __init__(self, cutoff: float) -> None:
         self._w = 2 * pi * cutoff
-        self._dt = None
-        self._step = None  # what a step of dt makes of the state, as a matrix on its right
-        self._state = None  # (..., 3): x', and u - x at the last sample and at the newest
-        self.value = None
-        self.derivative = None
+        self._dt: float | None = None
+        # What a step of dt makes of the state, as a matrix on its right.
+        self._step: Array = np.zeros((3, 3))
+        # (..., 3): x', and u - x at the last sample and at the newest.
+        self._state: Array = np.zeros(3)
+        self.value: Array = np.zeros(())
+        self.derivative: Array = np.zeros(())
         self.delay = 2 * DAMPING / self._w
         self.settling_time = log(100.0) / (DAMPING * self._w)
 
-    def reset(self, u: np.ndarray):
+    def reset(self, u: Array) -> None:
         """Start at rest at u, any shape."""
         self._state = np.zeros(np.shape(u) + (3,))
         self.value = u
         self.derivative = self._state[..., 0]
 
-    def update(self, u: np.ndarray, dt: float):
+    def update(self, u: Array, dt: float) -> None:
         """
         Take the next sample, dt seconds after the last.
 
@@ -61,7 +65,7 @@ class ButterworthDerivative:
         self.derivative = self._state[..., 0]
         self.value = self.value + self._state[..., 2]
 
-    def _trapezoid(self, dt: float) -> np.ndarray:
+    def _trapezoid(self, dt: float) -> Array:
         """Return the matrix of a step of dt [s], (3, 3): the trapezoidal rule solved for it."""
         a = dt * self._w * DAMPING
         b = (dt * self._w) ** 2 / 4

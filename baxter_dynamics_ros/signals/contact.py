@@ -8,12 +8,15 @@ it ends where all joints are back. As the arm moves on, what its bias was counts
 2.5 s contact must show more than what an uncalibrated model may be wrong by, or is given up.
 """
 
+from collections.abc import Sequence
 from math import log
 from math import sqrt
 
 import numpy as np
 
 from .observer import GAIN
+from ..core.arrays import Array
+from ..core.arrays import Bools
 from ..core.joints import N_JOINTS
 
 # Smallest thresholds, joint order s0 ... w2 [N m]. They count where sigma is less, as at rest.
@@ -67,9 +70,21 @@ class ContactDetector:
 
     """
 
-    def __init__(self, floor=FLOOR, sigmas: float = SIGMAS, samples: int = SAMPLES,
-                 hysteresis: float = HYSTERESIS, limit=LIMIT, memory: float = MEMORY,
-                 settling: float = SETTLING):
+    in_contact: bool
+    _on_the_way: bool  # to it
+    _moved: bool  # the arm did, in contact
+    _from: Array  # where it was when that began (7,) [rad]
+    _joints: list[bool]
+    _count: list[int]  # of samples in a row beyond the threshold
+    _span: list[float]  # from the first of them to the last [s]
+    _age: float  # of contact [s]
+    _back: float  # for how long all joints have been back [s]
+    _doubted: float  # for how long it has been within what the model may be wrong by [s]
+
+    def __init__(self, floor: Sequence[float] = FLOOR, sigmas: float = SIGMAS,
+                 samples: int = SAMPLES, hysteresis: float = HYSTERESIS,
+                 limit: Sequence[float] = LIMIT, memory: float = MEMORY,
+                 settling: float = SETTLING) -> None:
         # A stream asks for them again and again: lists are faster than arrays of seven.
         self._floor = [float(x) for x in floor]
         self._limit = [max(x, float(y)) for x, y in zip(self._floor, limit)]
@@ -96,40 +111,41 @@ class ContactDetector:
         return self._learnt >= self._memory
 
     @property
-    def joints(self) -> np.ndarray:
+    def joints(self) -> Bools:
         """Which joints show the contact, (7,) bool: those not back, or the last that were not."""
         return np.array(self._joints)
 
     @property
-    def bias(self) -> np.ndarray:
+    def bias(self) -> Array:
         """External torque that free motion has at present, (7,) [N m]."""
         return np.array(self._bias)
 
     @property
-    def sigma(self) -> np.ndarray:
+    def sigma(self) -> Array:
         """RMS of free motion's distance from the bias, (7,) [N m]."""
         return np.sqrt(self._variance)
 
     @property
-    def threshold(self) -> np.ndarray:
+    def threshold(self) -> Array:
         """Distance from the bias that is contact, (7,) [N m]."""
         return np.array(self._threshold)
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget all that was learnt."""
         self._threshold = [_PRIOR * floor for floor in self._floor]
         self._variance = [(threshold / self._sigmas) ** 2 for threshold in self._threshold]
         self._learnt = 0.0  # free motion that sigma is made of [s]
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Begin a new stream: no contact, no bias yet; sigma stays."""
         self._to_settle = self._settling  # [s]
         self._bias = [0.0] * N_JOINTS
-        self._followed = None  # free motion that the bias is made of [s]; None: there is no bias
+        self._has_bias = False
+        self._followed = 0.0  # free motion that the bias is made of [s]
         self._end()
 
-    def update(self, dt: float, r: np.ndarray, q: np.ndarray) -> bool:
+    def update(self, dt: float, r: Array, q: Array) -> bool:
         """
         Take the next sample, and return whether there is contact.
 
@@ -147,7 +163,7 @@ class ContactDetector:
             self._to_settle -= dt
         elif dt > 0.0:
             values = r.tolist()
-            if self._followed is None:
+            if not self._has_bias:
                 self._take_bias(values)
             off = [x - b if x > b else b - x for x, b in zip(values, self._bias)]
             if self.in_contact:
@@ -162,12 +178,12 @@ class ContactDetector:
                 self._learn(dt, values)
         return self.in_contact
 
-    def _take_bias(self, values: list):
+    def _take_bias(self, values: list[float]) -> None:
         """Take the first sample for free motion, where the model may be wrong by so much."""
         self._bias = [x if abs(x) <= limit else 0.0 for x, limit in zip(values, self._limit)]
-        self._followed = 0.0
+        self._has_bias = True
 
-    def _learn(self, dt: float, values: list):
+    def _learn(self, dt: float, values: list[float]) -> None:
         """Learn bias and sigma of a sample of free motion."""
         fast = dt / (dt + min(self._followed, _BIAS_TIME))
         slow = dt / (dt + min(self._learnt + _PRIOR_TIME, self._memory))
@@ -186,7 +202,7 @@ class ContactDetector:
             threshold[i] = floor if value < floor else value if value < limit else limit
             i += 1
 
-    def _count_up(self, dt: float, off: list):
+    def _count_up(self, dt: float, off: list[float]) -> None:
         """Begin contact, if enough samples are beyond the threshold; some are."""
         self._on_the_way = True
         for i, threshold in enumerate(self._threshold):
@@ -202,7 +218,7 @@ class ContactDetector:
         if self.in_contact:
             self._joints = list(map(float.__gt__, off, self._threshold))
 
-    def _stay(self, dt: float, values: list, off: list):
+    def _stay(self, dt: float, values: list[float], off: list[float]) -> None:
         """Go on with contact, or end it."""
         self._age += dt
         faded = min(self._age / _FADING, 1.0)
@@ -224,7 +240,7 @@ class ContactDetector:
         elif self._doubted >= _DOUBT:
             self._give_up(values, off)
 
-    def _give_up(self, values: list, off: list):
+    def _give_up(self, values: list[float], off: list[float]) -> None:
         """Take contact for an error of the model after all, to come again if the arm moved."""
         for i, limit in enumerate(self._limit):
             if off[i] <= self._hysteresis * self._threshold[i]:
@@ -236,9 +252,9 @@ class ContactDetector:
                                         (self._threshold[i] / self._sigmas) ** 2)
         self._end()
 
-    def _end(self):
+    def _end(self) -> None:
         self.in_contact = self._on_the_way = self._moved = False
         self._joints = [False] * N_JOINTS
-        self._count = [0] * N_JOINTS  # of samples in a row beyond the threshold
-        self._span = [0.0] * N_JOINTS  # from the first of them to the last [s]
-        self._age = self._back = self._doubted = 0.0  # of contact [s]
+        self._count = [0] * N_JOINTS
+        self._span = [0.0] * N_JOINTS
+        self._age = self._back = self._doubted = 0.0

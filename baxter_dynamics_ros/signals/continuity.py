@@ -4,6 +4,7 @@ import numpy as np
 
 from .events import DROPPED
 from .events import Event
+from ..core.arrays import Array
 from ..core.joints import N_JOINTS
 from ..core.joints import VELOCITY_LIMIT
 
@@ -29,17 +30,19 @@ class Continuity:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.repeated = False
-        self._last = None  # (stamp [ns], q, qd, effort)
+        # Stamp [ns], q, qd, effort.
+        self._last: tuple[int, Array, Array | None, Array | None] | None = None
         self._out_of_order = 0
 
-    def forget(self):
+    def forget(self) -> None:
         """Take whatever comes next as a beginning."""
         self._last = None
         self._out_of_order = 0
 
-    def judge(self, stamp_ns: int, q: np.ndarray, qd, effort, period=None) -> 'Event | None':
+    def judge(self, stamp_ns: int, q: Array, qd: Array | None, effort: Array | None,
+              period: float | None = None) -> 'Event | None':
         """
         Judge a sample, and remember it unless it is dropped.
 
@@ -67,7 +70,8 @@ class Continuity:
             self._out_of_order = 0
         return event
 
-    def _verdict(self, stamp_ns, q, qd, effort, period):
+    def _verdict(self, stamp_ns: int, q: Array, qd: Array | None, effort: Array | None,
+                 period: float | None) -> Event | None:
         self.repeated = False
         if self._last is None:
             return None
@@ -97,5 +101,5 @@ class Continuity:
         return Event.REPEATED_STAMP if dt == 0.0 else None
 
 
-def _same(a, b) -> bool:
+def _same(a: Array | None, b: Array | None) -> bool:
     return a is b if a is None or b is None else bool((a == b).all())

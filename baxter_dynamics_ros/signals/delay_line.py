@@ -4,18 +4,20 @@ from collections import deque
 
 import numpy as np
 
+from ..core.arrays import Array
+
 
 class DelayLine:
     """Remembers samples just long enough to interpolate between two of them."""
 
-    def __init__(self):
-        self._samples = deque()
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, Array, Array | None]] = deque()
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget all samples."""
         self._samples.clear()
 
-    def append(self, t: float, q: np.ndarray, effort):
+    def append(self, t: float, q: Array, effort: Array | None) -> None:
         """
         Take position q (7,) [rad] and effort (7,) [N m] or None at t [s], not before the last.
 
@@ -25,7 +27,7 @@ class DelayLine:
             self._samples.pop()
         self._samples.append((t, q, effort))
 
-    def at(self, t: float):
+    def at(self, t: float) -> tuple[Array, Array | None] | None:
         """
         Return position and effort at t [s], not after the last sample, linearly interpolated.
 

@@ -1,5 +1,6 @@
 """What pushes the arm: the external joint torque, whether that is contact, and the wrench."""
 
+from typing import Any
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,8 @@ from .model import ArmModel
 from .observer import MomentumObserver
 from .stream import Sample
 from .wrench import hand_wrench
+from .wrench import HandWrench
+from ..core.arrays import Array
 from ..core.joints import N_JOINTS
 from ..core.presliding import Presliding
 
@@ -20,9 +23,9 @@ class External(NamedTuple):
     """What pushes the arm at one instant; read-only arrays (7,) in joint order."""
 
     stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
-    q: np.ndarray  # position [rad]
-    qd: np.ndarray  # velocity [rad/s]
-    effort: np.ndarray  # external torque tau_ext [N m], in the direction of positive q
+    q: Array  # position [rad]
+    qd: Array  # velocity [rad/s]
+    effort: Array  # external torque tau_ext [N m], in the direction of positive q
     contact: bool  # whether something beyond the model pushes
 
 
@@ -52,23 +55,24 @@ class ExternalEffort:
 
     """
 
-    def __init__(self, model: ArmModel, gain: float, **contact):
-        self._gain = None
+    def __init__(self, model: ArmModel, gain: float, **contact: Any) -> None:
+        self._gain: float | None = None
         self.tune(gain, **contact)
-        self.latest = None
+        self.latest: External | None = None
         self._model = model
         self._history = DelayLine()
         self._presliding = Presliding(model.effort_model.dahl_length)
         self._t = 0.0  # of the newest sample, since the stream's beginning [s]
-        self._then = None  # when the newest estimate is for, on the same clock [s]
-        self._state = None  # q and qd of that
+        # When the newest estimate is for, on the same clock [s], and q and qd of that.
+        self._then: float | None = None
+        self._state: tuple[Array, Array] | None = None
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget the stream, and what free motion is like."""
         self._restart()
         self.detector.reset()
 
-    def configure(self, model: ArmModel):
+    def configure(self, model: ArmModel) -> None:
         """
         Change the model in mid-stream.
 
@@ -84,13 +88,13 @@ class ExternalEffort:
         self._presliding.length = model.effort_model.dahl_length
         self.detector.reset()
 
-    def tune(self, gain: float, **contact):
+    def tune(self, gain: float, **contact: Any) -> None:
         """Change the detector, which learns anew, and the observer, where its gain changes."""
         if gain != self._gain:
             self._gain, self._observer, self._then = gain, MomentumObserver(gain), None
         self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
 
-    def update(self, sample: Sample, qd: np.ndarray, lag: float) -> 'External | None':
+    def update(self, sample: Sample, qd: Array, lag: float) -> 'External | None':
         """
         Take the next sample.
 
@@ -125,7 +129,7 @@ class ExternalEffort:
                 self._then = self._state = None
                 self.detector.restart()
             return None
-        q, measured = now
+        q, measured = now[0], now[1]
         model = self._model.effort_model
         presliding = self._presliding.update(q) if model.has_dahl else None
         tau = measured - model.effort(_ZERO, q, qd, _ZERO, presliding)
@@ -142,11 +146,11 @@ class ExternalEffort:
         self.latest = External(state.stamp_ns - round(lag * 1e9), q, qd, effort, contact)
         return self.latest
 
-    def wrench(self, external: External):
+    def wrench(self, external: External) -> 'HandWrench | None':
         """Return the wrench at the hand that explains tau_ext best, or None near singularities."""
         return hand_wrench(self._model.jacobian(external.q), external.effort)
 
-    def _restart(self):
+    def _restart(self) -> None:
         self._t = 0.0
         self._then = self._state = None
         self.latest = None

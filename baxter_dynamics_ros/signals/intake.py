@@ -1,8 +1,12 @@
 """The door: one arm's joints out of a joint state, by name, or the reason why not."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .events import Event
+from ..core.arrays import Array
+from ..core.arrays import Indices
 from ..core.joints import joint_names
 from ..core.joints import N_JOINTS
 
@@ -28,12 +32,13 @@ class Intake:
 
     """
 
-    def __init__(self, side: str):
+    def __init__(self, side: str) -> None:
         self.side = side
         self.names = joint_names(side)
-        self._layouts = {}  # tuple of names -> indices of the arm's joints, or an Event
+        # Names -> indices of the arm's joints, or an Event.
+        self._layouts: dict[tuple[str, ...], Indices | Event] = {}
 
-    def layout(self, names) -> 'np.ndarray | Event':
+    def layout(self, names: Sequence[str]) -> Indices | Event:
         """
         Return where the arm's joints stand in ``names``.
 
@@ -51,7 +56,8 @@ class Intake:
             found = self._layouts[key] = self._find(key)
         return found
 
-    def read(self, names, position, velocity, effort) -> 'tuple | Event':
+    def read(self, names: Sequence[str], position: Array, velocity: Array,
+             effort: Array) -> tuple[Array, Array | None, Array | None] | Event:
         """
         Return the arm's position, velocity and effort.
 
@@ -88,7 +94,7 @@ class Intake:
         return (sample[0], sample[1] if len(velocity) else None,
                 sample[2] if len(effort) else None)
 
-    def _find(self, names: tuple) -> 'np.ndarray | Event':
+    def _find(self, names: tuple[str, ...]) -> Indices | Event:
         present = [name for name in names if name in self.names]
         if not present:
             return Event.NOT_THIS_ARM

@@ -1,22 +1,24 @@
 """What a stream needs of the model of an arm, validated beforehand."""
 
-from typing import Callable
+from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
+from ..core.arrays import Array
 from ..core.effort import EffortModel
 
 
 class ArmModel(NamedTuple):
     """The model of an arm as functions of one state, or of several stacked where it says (...)."""
 
-    inverse_dynamics: Callable  # of q, qd, qdd, (..., 7) each: tau (..., 7) [N m]
-    links_momentum: Callable  # of q, qd, (7,) each: M qd [N m s], C^T qd and G [N m], (7,) each
-    jacobian: Callable  # of q (7,): that of the hand in the base frame (6, 7)
+    # Of q, qd, qdd, (..., 7) each: tau (..., 7) [N m].
+    inverse_dynamics: Callable[[Array, Array, Array], Array]
+    # Of q, qd, (7,) each: M qd [N m s], C^T qd and G [N m], (7,) each.
+    links_momentum: Callable[[Array, Array], tuple[Array, Array, Array]]
+    # Of q (7,): that of the hand in the base frame (6, 7).
+    jacobian: Callable[[Array], Array]
     effort_model: EffortModel  # from tau to measured effort
 
-    def momentum_terms(self, q: np.ndarray, qd: np.ndarray) -> tuple:
+    def momentum_terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
         """
         Return the momentum [N m s], C^T qd and G [N m], (7,) each, of the state q, qd (7,).
 

@@ -7,16 +7,18 @@ import numpy as np
 from .butterworth import ButterworthDerivative
 from .delay_line import DelayLine
 from .slope import PositionSlope
+from ..core.arrays import Array
+from ..core.joints import N_JOINTS
 
 
 class Motion(NamedTuple):
     """The arm's motion at one instant; arrays (7,) in joint order."""
 
     delay: float  # how far before the newest sample the instant is [s]
-    q: np.ndarray  # [rad]
-    qd: np.ndarray  # [rad/s]
-    qdd: np.ndarray  # [rad/s^2]
-    effort: 'np.ndarray | None'  # measured [N m]
+    q: Array  # [rad]
+    qd: Array  # [rad/s]
+    qdd: Array  # [rad/s^2]
+    effort: 'Array | None'  # measured [N m]
 
 
 class MotionEstimator:
@@ -52,26 +54,27 @@ class MotionEstimator:
 
     """
 
-    def __init__(self, cutoff: float, velocity_lag: float, align: bool):
+    def __init__(self, cutoff: float, velocity_lag: float, align: bool) -> None:
         self.cutoff = cutoff
         self._filter = ButterworthDerivative(cutoff)
         self._slope = PositionSlope()
         self._history = DelayLine()
         self._measured_lag = velocity_lag
         self._align = align
-        self._t = None  # of the newest sample, since the last reset [s]
-        self.velocity = None
+        self._t: float | None = None  # of the newest sample, since the last reset [s]
+        self.velocity: Array = np.zeros(N_JOINTS)
         self.velocity_lag = velocity_lag
         self.delay = velocity_lag + self._filter.delay if align else 0.0
         self.settling_time = max(self._filter.settling_time, self.delay)
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget the stream."""
         self._t = None
         self._slope.reset()
         self._history.reset()
 
-    def update(self, dt: float, q: np.ndarray, qd, effort) -> 'Motion | None':
+    def update(self, dt: float, q: Array, qd: Array | None,
+               effort: Array | None) -> 'Motion | None':
         """
         Take the next sample.
 
@@ -90,14 +93,14 @@ class MotionEstimator:
             None while the filter settles and where dt is zero.
 
         """
-        first = self._t is None
-        self._t = 0.0 if first else self._t + dt
+        before = self._t
+        self._t = t = 0.0 if before is None else before + dt
         self.velocity_lag = self._measured_lag
         if qd is None:
-            qd = self._slope.update(self._t, q)
+            qd = self._slope.update(t, q)
             self.velocity_lag = self._slope.lag
         self.velocity = qd
-        if first:
+        if before is None:
             self._filter.reset(qd)
         else:
             self._filter.update(qd, dt)
@@ -105,9 +108,9 @@ class MotionEstimator:
             motion = Motion(0.0, q, qd, self._filter.derivative, effort)
         else:
             delay = self.velocity_lag + self._filter.delay
-            self._history.append(self._t, q, effort)
-            then = self._history.at(self._t - delay)
+            self._history.append(t, q, effort)
+            then = self._history.at(t - delay)
             if then is None:
                 return None
             motion = Motion(delay, then[0], self._filter.value, self._filter.derivative, then[1])
-        return motion if dt > 0.0 and self._t >= self.settling_time else None
+        return motion if dt > 0.0 and t >= self.settling_time else None

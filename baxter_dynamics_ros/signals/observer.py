@@ -9,6 +9,8 @@ from math import log
 
 import numpy as np
 
+from ..core.arrays import Array
+
 GAIN = 10.0  # [1/s]
 
 
@@ -33,17 +35,17 @@ class MomentumObserver:
 
     """
 
-    def __init__(self, gain: float = GAIN):
+    def __init__(self, gain: float = GAIN) -> None:
         self._gain = gain
         self.settling_time = log(100.0) / gain
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget all samples: the next is the first, with r = 0."""
-        self._momentum = None  # at the last sample [N m s]
-        self.r = None
+        self._momentum: Array = np.zeros(0)  # at the last sample [N m s]
+        self.r: Array | None = None
 
-    def rebase(self, change: np.ndarray):
+    def rebase(self, change: Array) -> None:
         """
         Let the model change between two samples, so that r goes on from where it is.
 
@@ -53,10 +55,10 @@ class MomentumObserver:
             What the new model's momentum has beyond the old one's at the last sample [N m s].
 
         """
-        if self._momentum is not None:
+        if self.r is not None:
             self._momentum = self._momentum + change
 
-    def update(self, dt: float, momentum: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    def update(self, dt: float, momentum: Array, rate: Array) -> Array:
         """
         Take the next sample, and return r (7,) [N m].
 
@@ -71,7 +73,7 @@ class MomentumObserver:
             What dp/dt is without external torque: tau + C^T qd - G [N m].
 
         """
-        if self._momentum is None:
+        if self.r is None:
             self.r = np.zeros(len(momentum))
         else:
             # r = K (p - p_hat) and p_hat = p_hat_last + (rate + r) dt, where p_hat = p - r / K

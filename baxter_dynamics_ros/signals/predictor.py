@@ -1,5 +1,7 @@
 """The stream handler: a joint state in, a prediction and its residual out."""
 
+from collections.abc import Sequence
+from typing import Any
 from typing import NamedTuple
 
 import numpy as np
@@ -10,30 +12,33 @@ from .model import ArmModel
 from .motion import MotionEstimator
 from .stream import State
 from .stream import Stream
+from ..core.arrays import Array
 from ..core.presliding import Presliding
 
 
 class Estimate(NamedTuple):
     """How the arm moved at one instant, and what it measured; read-only (7,) in joint order."""
 
-    stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
-    q: np.ndarray  # position [rad]
-    qd: np.ndarray  # velocity [rad/s]
-    qdd: np.ndarray  # acceleration [rad/s^2]
-    measured: 'np.ndarray | None'  # effort [N m]
-    presliding: np.ndarray  # Dahl's state [-]
+    # The instant [ns], on the clock of the joint states' stamps: int, or as many in a batch.
+    stamp_ns: Any
+    q: Array  # position [rad]
+    qd: Array  # velocity [rad/s]
+    qdd: Array  # acceleration [rad/s^2]
+    measured: 'Array | None'  # effort [N m]
+    presliding: Array  # Dahl's state [-]
 
 
 class Prediction(NamedTuple):
     """What the arm needs at one instant, and what it measured; read-only (7,) in joint order."""
 
-    stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
-    q: np.ndarray  # position [rad]
-    qd: np.ndarray  # velocity [rad/s]
-    qdd: np.ndarray  # acceleration [rad/s^2]
-    tau: np.ndarray  # M(q) qdd + C(q, qd) qd + G(q) [N m]
-    effort: np.ndarray  # the measured effort that tau predicts [N m]
-    residual: 'np.ndarray | None'  # measured - predicted effort [N m]; None without a measurement
+    # The instant [ns], on the clock of the joint states' stamps: int, or as many in a batch.
+    stamp_ns: Any
+    q: Array  # position [rad]
+    qd: Array  # velocity [rad/s]
+    qdd: Array  # acceleration [rad/s^2]
+    tau: Array  # M(q) qdd + C(q, qd) qd + G(q) [N m]
+    effort: Array  # the measured effort that tau predicts [N m]
+    residual: 'Array | None'  # measured - predicted effort [N m]; None without a measurement
 
 
 class Predictor:
@@ -66,13 +71,13 @@ class Predictor:
     """
 
     def __init__(self, stream: Stream, model: ArmModel, estimator: MotionEstimator,
-                 external: ExternalEffort = None):
+                 external: ExternalEffort | None = None) -> None:
         self.stream = stream
         self.counts = stream.counts
         self.model = model
         self.estimator = estimator
         self.external = external
-        self.prediction = None
+        self.prediction: Prediction | None = None
         self._presliding = Presliding(model.effort_model.dahl_length)
 
     @property
@@ -83,16 +88,17 @@ class Predictor:
     @property
     def delay(self) -> float:
         """Return how far the prediction's instant is behind the newest joint state [s]."""
-        if self.prediction is None:
+        latest, prediction = self.latest, self.prediction
+        if latest is None or prediction is None:
             return self.estimator.delay
-        return (self.latest.stamp_ns - self.prediction.stamp_ns) * 1e-9
+        return (latest.stamp_ns - prediction.stamp_ns) * 1e-9
 
     @property
-    def presliding(self) -> np.ndarray:
+    def presliding(self) -> Array:
         """Return Dahl's state at the newest prediction (7,) [-]."""
         return self._presliding.z
 
-    def configure(self, model: ArmModel):
+    def configure(self, model: ArmModel) -> None:
         """Change the model in mid-stream: it holds from the next message on."""
         if not self.model.effort_model.has_dahl:
             self._presliding.reset()  # it stood still
@@ -101,20 +107,21 @@ class Predictor:
         if self.external is not None:
             self.external.configure(model)
 
-    def restart(self, estimator: MotionEstimator, stamps: str):
+    def restart(self, estimator: MotionEstimator, stamps: str) -> None:
         """Change how the stream is read, which begins anew; the counts stay."""
         self.stream.reset(stamps)
         self.estimator = estimator
         self._restart()
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget the stream, and what free motion is like; the counts stay."""
         self.stream.reset()
         self._restart()
         if self.external is not None:
             self.external.reset()
 
-    def handle(self, stamp_ns: int, names, position, velocity, effort) -> 'Prediction | None':
+    def handle(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
+               effort: Array) -> 'Prediction | None':
         """
         Take a joint state.
 
@@ -142,7 +149,8 @@ class Predictor:
         self.prediction = self.predict(estimate)
         return self.prediction
 
-    def estimate(self, stamp_ns: int, names, position, velocity, effort) -> 'Estimate | None':
+    def estimate(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
+                 effort: Array) -> 'Estimate | None':
         """Take a joint state, as :meth:`handle` does, without predicting its effort."""
         sample = self.stream.take(stamp_ns, names, position, velocity, effort)
         if self.external is not None:
@@ -192,7 +200,7 @@ class Predictor:
             array.setflags(write=False)
         return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual)
 
-    def _restart(self):
+    def _restart(self) -> None:
         self.estimator.reset()
         self._presliding.reset()
         self.prediction = None

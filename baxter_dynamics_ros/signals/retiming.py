@@ -44,10 +44,10 @@ class ArrivalLine:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Begin with the newest arrival."""
         self.period = self.phase = self.jitter = 0.0
         self.locked = False
@@ -113,13 +113,14 @@ class Retiming:
 
     """
 
-    def __init__(self, mode: str):
+    def __init__(self, mode: str) -> None:
         self._mode = mode
         self._line = ArrivalLine()
-        self._bunched = deque(maxlen=ENOUGH)  # numbers of the messages that came too soon
+        # Numbers of the messages that came too soon.
+        self._bunched: deque[int] = deque(maxlen=ENOUGH)
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget the stream, and what its stamps were recognised to be."""
         self.retimed = self._mode == 'arrival'
         self.restarted = False
@@ -127,8 +128,8 @@ class Retiming:
         self._line.restart()
         self._bunched.clear()
         self._n = 0
-        self._last = None  # stamp of the last message [ns]
-        self._out = None  # what was returned for it [ns]
+        self._last: int | None = None  # stamp of the last message [ns]
+        self._out: int | None = None  # what was returned for it [ns]
         self._continues = False  # whether the next stamp continues those that were returned
 
     @property

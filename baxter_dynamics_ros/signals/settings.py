@@ -4,7 +4,10 @@ Every setting of the predictor, stated once: name, default, unit, range, meaning
 The node declares its parameters from this table, and parameter files are checked against it.
 """
 
+from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +26,7 @@ from .retiming import MODES
 from .stream import Stream
 from ..core import paper_tables
 from ..core.arm import BaxterArm
+from ..core.arrays import Array
 from ..core.effort import COULOMB_VELOCITY
 from ..core.effort import DAHL_LENGTH
 from ..core.effort import EffortModel
@@ -52,15 +56,15 @@ class Setting:
     """One setting; a tuple as default means a list of as many numbers."""
 
     name: str
-    default: object  # str, bool, int, float or tuple of float
+    default: str | bool | int | float | tuple[float, ...]
     description: str
     unit: str = ''
     lower: float = -float('inf')
     upper: float = float('inf')
-    choices: tuple = ()
+    choices: tuple[str, ...] = ()
     read_only: bool = False  # fixed when the node starts
 
-    def check(self, value):
+    def check(self, value: Any) -> Any:
         """
         Return the value in the type of the default.
 
@@ -202,7 +206,7 @@ class PredictorSettings:
 
     """
 
-    def __init__(self, values: dict = None):
+    def __init__(self, values: Mapping[str, Any] | None = None) -> None:
         values = dict(values or {})
         for name in values:
             if name not in DEFAULTS:
@@ -239,9 +243,9 @@ class PredictorSettings:
         return Predictor(Stream(self.values['arm'], self.values['stamps']), self.model,
                          self._estimator(), self._external() if external else None)
 
-    def configure(self, predictor: Predictor, before: 'PredictorSettings'):
+    def configure(self, predictor: Predictor, before: 'PredictorSettings') -> None:
         """Bring a stream handler here from the settings ``before``; the arm must be the same."""
-        def changed(*groups):
+        def changed(*groups: str) -> bool:
             return any(self._group(group) != before._group(group) for group in groups)
         if changed(*_MODEL):
             predictor.configure(self.model)
@@ -257,7 +261,7 @@ class PredictorSettings:
         return ExternalEffort(self.model, **self._group('external_effort'),
                               **self._group('contact'))
 
-    def _group(self, prefix: str) -> dict:
+    def _group(self, prefix: str) -> dict[str, Any]:
         """Return the settings of a group by what follows its name, or the one of that name."""
         if prefix in self.values:
             return {prefix: self.values[prefix]}
@@ -265,7 +269,7 @@ class PredictorSettings:
         return {name[len(start):]: value for name, value in self.values.items()
                 if name.startswith(start)}
 
-    def _choose_method(self):
+    def _choose_method(self) -> Callable[..., Array]:
         if self.values['method'] == 'lagrange_euler':
             return self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
         try:

@@ -5,6 +5,7 @@ from collections import deque
 import numpy as np
 
 from .continuity import SHORTEST_PERIOD
+from ..core.arrays import Array
 
 WINDOW = 0.030  # [s]
 _TOLERANCE = 0.1  # of the window, so that jitter does not decide how many samples are in it
@@ -18,18 +19,18 @@ class PositionSlope:
     SHORTEST_PERIOD a slope means nothing.
     """
 
-    def __init__(self):
-        self._samples = deque()
-        self._slope = None  # [rad/s]
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, Array]] = deque()
+        self._slope: Array | None = None  # [rad/s]
         self.lag = 0.0  # how far behind the last position the slope is [s]
 
-    def reset(self):
+    def reset(self) -> None:
         """Forget all samples."""
         self._samples.clear()
         self._slope = None
         self.lag = 0.0
 
-    def update(self, t: float, q: np.ndarray) -> np.ndarray:
+    def update(self, t: float, q: Array) -> Array:
         """Take position q (7,) [rad] at t [s]; return the slope (7,) [rad/s], zero at first."""
         samples = self._samples
         if samples and samples[-1][0] == t:

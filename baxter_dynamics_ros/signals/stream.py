@@ -1,9 +1,8 @@
 """The door: joint states in, the samples of one arm out, on an even time line; all counted."""
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import NamedTuple
-
-import numpy as np
 
 from .continuity import Continuity
 from .continuity import UNKNOWN_PERIOD
@@ -12,15 +11,16 @@ from .events import Event
 from .events import RESETS
 from .intake import Intake
 from .retiming import Retiming
+from ..core.arrays import Array
 
 
 class State(NamedTuple):
     """The arm's state as last measured; arrays (7,) in joint order."""
 
     stamp_ns: int  # the header's, or re-timed [ns]
-    q: np.ndarray  # [rad]
-    qd: 'np.ndarray | None'  # [rad/s]
-    effort: 'np.ndarray | None'  # [N m]; None where there is none, or none that is valid
+    q: Array  # [rad]
+    qd: 'Array | None'  # [rad/s]
+    effort: 'Array | None'  # [N m]; None where there is none, or none that is valid
 
 
 class Sample(NamedTuple):
@@ -56,15 +56,15 @@ class Stream:
 
     """
 
-    def __init__(self, side: str, stamps: str):
+    def __init__(self, side: str, stamps: str) -> None:
         self.intake = Intake(side)
-        self.counts = Counter()
-        self.latest = None
+        self.counts: Counter[Event | str] = Counter()
+        self.latest: State | None = None
         self.clock = Retiming(stamps)
         self._continuity = Continuity()
         self.begins = True
 
-    def reset(self, stamps: str = None):
+    def reset(self, stamps: str | None = None) -> None:
         """Forget the stream, the counts stay; from now on stamps are as given, if they are."""
         self.counts[Event.RESET_REQUESTED] += 1
         if stamps is not None:
@@ -73,7 +73,8 @@ class Stream:
         self._continuity.forget()
         self.begins = True
 
-    def take(self, stamp_ns: int, names, position, velocity, effort) -> 'Sample | None':
+    def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
+             effort: Array) -> 'Sample | None':
         """
         Take a joint state, given as to :meth:`.predictor.Predictor.handle`.
 
@@ -89,9 +90,9 @@ class Stream:
         if isinstance(reading, Event):
             self.counts[reading] += 1
             return None
-        q, qd, effort = reading
+        q, qd, measured = reading
         period = self.clock.period or (UNKNOWN_PERIOD if self.clock.retimed else None)
-        verdict = self._continuity.judge(stamp_ns, q, qd, effort, period)
+        verdict = self._continuity.judge(stamp_ns, q, qd, measured, period)
         if verdict is not None and not (verdict is Event.REPEATED_STAMP and self.clock.retimed):
             self.counts[verdict] += 1
             if verdict in DROPPED:
@@ -102,9 +103,10 @@ class Stream:
             self.counts[Event.VELOCITY_MISSING] += 1
         # What another publisher sends right after the robot says nothing of the robot's stamps.
         tells = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
-        return self._sample(stamp_ns, tells, q, qd, self._valid(effort))
+        return self._sample(stamp_ns, tells, q, qd, self._valid(measured))
 
-    def _sample(self, stamp_ns, tells, q, qd, effort):
+    def _sample(self, stamp_ns: int, tells: bool, q: Array, qd: Array | None,
+                effort: Array | None) -> Sample | None:
         """Return the sample at its time on the stream's own line; None while that is unknown."""
         clock = self.clock
         before = clock.retimed, clock.resyncs
@@ -116,13 +118,14 @@ class Stream:
             self.begins = True
             return None
         self.begins = self.begins or clock.restarted
-        dt = 0.0 if self.begins else (time_ns - self.latest.stamp_ns) * 1e-9
+        last = self.latest
+        dt = 0.0 if self.begins or last is None else (time_ns - last.stamp_ns) * 1e-9
         self.latest = State(time_ns, q, qd, effort)
         sample = Sample(self.latest, dt, self.begins)
         self.begins = False
         return sample
 
-    def _valid(self, effort):
+    def _valid(self, effort: Array | None) -> Array | None:
         """Return the measured effort, or None where the robot cannot have measured it."""
         if effort is None:
             self.counts[Event.EFFORT_MISSING] += 1

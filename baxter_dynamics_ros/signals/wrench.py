@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.arrays import Array
+
 # A force and a torque are compared by the distance from the wrist to the hand frame, about [m].
 LEVER = 0.25
 # Of the Jacobian with its angular rows times the lever; below it no wrench is told [m].
@@ -16,12 +18,12 @@ _ROW_SCALE = _SCALE[:, None].copy()
 class HandWrench(NamedTuple):
     """What the environment exerts on the hand; read-only arrays (3,), base axes."""
 
-    force: np.ndarray  # [N]
-    torque: np.ndarray  # about the hand frame's origin [N m]
+    force: Array  # [N]
+    torque: Array  # about the hand frame's origin [N m]
     unexplained: float  # norm of the joint torque that no wrench at the hand explains [N m]
 
 
-def hand_wrench(jacobian: np.ndarray, external: np.ndarray) -> 'HandWrench | None':
+def hand_wrench(jacobian: Array, external: Array) -> 'HandWrench | None':
     """
     Return the wrench w that explains external torque r best: J^T w = r, by least squares.
 

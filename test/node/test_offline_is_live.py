@@ -108,6 +108,7 @@ def test_evaluate_saves_what_the_node_publishes(
             m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec for m in saved]
         for ours, theirs in zip(saved, live):
             assert ours.name == theirs.name == list(joint_names('right'))
+            assert ours.header.frame_id == theirs.header.frame_id == 'base'
         for field in ('position', 'velocity', 'effort'):
             ours, theirs = (np.array([getattr(m, field) for m in messages_])
                             for messages_ in (saved, live))

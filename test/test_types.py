@@ -1,0 +1,90 @@
+"""The type hints hold, those that a user's type checker sees among them."""
+
+from importlib import metadata
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PACKAGE = REPOSITORY / 'baxter_dynamics_ros'
+OLDEST = (2, 4)  # version of mypy: an older one, such as Ubuntu's, infers less and finds fault
+
+# What people write, with what mypy must say of it: a type that is revealed, or the error's code.
+SNIPPET = """
+import numpy as np
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.signals.settings import PredictorSettings
+
+arm = BaxterArm(payload=Payload(0.5, [0.0, 0.0, 0.1]), gravity=(0, 0, -1.62))
+q = [0.0] * 7
+reveal_type(arm.gravity(q))  # ndarray
+reveal_type(arm.terms(q, np.zeros((3, 7)))[0])  # ndarray
+reveal_type(EffortModel(bias=q).has_friction)  # bool
+predictor = PredictorSettings({'arm': 'left'}).predictor()
+reveal_type(predictor.delay)  # float
+prediction = predictor.handle(0, ['left_s0'], np.zeros(1), np.zeros(1), np.zeros(1))
+BaxterArm(payload=3)  # arg-type
+BaxterArm(grippers=2)  # call-arg
+arm.inverse_dynamics(q, q)  # call-arg
+arm.coriolis(q, q)  # attr-defined
+prediction.effort  # union-attr
+"""
+
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope='module')
+def report(tmp_path_factory):
+    """Return what mypy says of the package and of the snippet, and the snippet's path."""
+    try:
+        version = metadata.version('mypy')
+    except metadata.PackageNotFoundError:
+        pytest.skip('mypy is missing: pip install ".[test]"')
+    if tuple(map(int, version.split('.')[:2])) < OLDEST:
+        pytest.skip(f'mypy {version} is too old: pip install ".[test]"')
+    folder = tmp_path_factory.mktemp('types')
+    snippet = folder / 'snippet.py'
+    snippet.write_text(SNIPPET, encoding='utf-8')
+    mypy = subprocess.run(
+        [sys.executable, '-m', 'mypy', '--cache-dir', folder / 'cache', PACKAGE, snippet],
+        cwd=REPOSITORY, timeout=280, capture_output=True, text=True)
+    assert mypy.returncode in (0, 1), mypy.stdout + mypy.stderr  # 2: it does not get so far
+    return mypy.stdout.splitlines(), str(snippet)
+
+
+def test_package(report):
+    lines, snippet = report
+    errors = [line for line in lines[:-1] if not line.startswith(f'{snippet}:')]
+    assert not errors, '\n'.join(errors)
+    files = len(list(PACKAGE.rglob('*.py')))  # one is generated, and the snippet is added
+    assert f'checked {files} source files' in lines[-1]
+
+
+def test_what_users_see(report):
+    lines, snippet = report
+    for number, line in enumerate(SNIPPET.splitlines(), 1):
+        code, _, expected = line.partition('  # ')
+        said = [text for text in lines if text.startswith(
+            (f'{snippet}:{number}: error: ', f'{snippet}:{number}: note: Revealed'))]
+        if code.startswith('reveal_type'):
+            assert [_revealed(text) for text in said] == [expected]
+        elif expected:
+            assert [text.rpartition('[')[2] for text in said] == [f'{expected}]']
+        else:
+            assert not said
+
+
+def test_users_are_told_of_the_types():
+    assert (PACKAGE / 'py.typed').is_file()
+    assert "'py.typed'" in (REPOSITORY / 'setup.py').read_text(encoding='utf-8')
+
+
+def _revealed(line):
+    """Return the type that a line tells, without its module and its arguments."""
+    return re.search(r'Revealed type is "(?:\w+\.)*(\w+)', line)[1]
