@@ -1,5 +1,6 @@
 """The documents say what the code does: parameters, events, topics, commands."""
 
+import ast
 from pathlib import Path
 import re
 
@@ -91,6 +92,20 @@ def test_readme_example_runs():
     names = {}
     exec(code, names)
     assert names['tau'].shape == (7,)
+
+
+def test_what_troubleshooting_quotes_is_what_is_said():
+    said = ' '.join(node.value for path in (REPOSITORY / 'baxter_dynamics_ros').rglob('*.py')
+                    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+                    if isinstance(node, ast.Constant) and isinstance(node.value, str))
+    page = (REPOSITORY / 'docs' / 'troubleshooting.md').read_text(encoding='utf-8')
+    quoted = {text for line in page.splitlines() if line.startswith('| ')
+              for text in re.findall(r'`([^`]+)`', line.split(' | ')[0])
+              if len(text.split()) > 2 and not text.startswith(('ros2 ', 'payload.'))}
+    assert len(quoted) > 5
+    for text in quoted:
+        for piece in text.split('…'):  # names, which stand in braces in the code
+            assert piece.strip(' :') in said, text
 
 
 def test_links_lead_somewhere():

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'examples', 'setup.py', 'conftest.py')
+CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'docs', 'examples', 'setup.py',
+           'conftest.py')
 GENERATED = ('_closed_form.py',)
 
 # Without one of the plugins that ament asks for, flake8 checks less and does not say so.

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'examples', 'setup.py', 'conftest.py')
+CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'docs', 'examples', 'setup.py',
+           'conftest.py')
 
 
 @pytest.mark.linter

@@ -22,6 +22,9 @@ PLACES = {
     'core': (0.0, 0.0, 8.0), 'compiled': (8.75, 0.0, 3.25)}
 HEIGHT = 1.3
 FACE, NUMPY_ALONE, EDGE = '#eef2f7', '#dcefe0', '#4a5a6a'
+CAPTION = ('An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import core, cli '
+           'imports nearly all.\nGreen: NumPy and the standard library alone. In italics: the '
+           'libraries that a room keeps to itself.')
 OURS = ('core', 'signals')  # import NumPy alone
 
 
@@ -40,9 +43,7 @@ def draw(path: Path) -> None:
         for room in table.values():
             if room.name != 'cli':
                 _arrows(axes, room)
-        axes.text(0.0, -0.55, 'An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import '
-                  'core, cli imports nearly all.\nGreen: NumPy and the standard library alone. '
-                  'In italics: the libraries that a room keeps to itself.', va='center', color=EDGE)
+        axes.text(0.0, -0.55, CAPTION, va='center', color=EDGE)
         figure.savefig(path, metadata={'Date': None} if Path(path).suffix == '.svg' else None)
 
 
@@ -54,9 +55,9 @@ def _box(axes: Axes, room: Room) -> None:
     axes.text(x + 0.12, y + HEIGHT - 0.12, room.name, va='top', weight='bold')
     axes.text(x + width - 0.12, y + HEIGHT - 0.12, ', '.join(room.libraries), va='top', ha='right',
               style='italic', color=EDGE)
-    lines = textwrap.wrap(room.text.replace('`', ''), int(width * 12.5))
+    lines = textwrap.wrap(room.text.replace('`', ''), int(width * 11.5))
     if len(lines) > 4:
-        lines = textwrap.wrap(room.text.split(':')[0], int(width * 12.5))
+        lines = textwrap.wrap(room.text.split(':')[0], int(width * 11.5))
     axes.text(x + 0.12, y + HEIGHT - 0.44, '\n'.join(lines), va='top', fontsize=7.5)
 
 

@@ -1,0 +1,1 @@
+"""The figures of the documents, a module a page or a kind."""

@@ -1,0 +1,1 @@
+"""What the documents measure: tables, and the data of figures."""
