@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .body_terms import REACH
 from .checks import long_enough
 from .checks import one_arm
 from .checks import refuse
@@ -17,10 +18,9 @@ from .lag import velocity_lag
 from .motion import Motion
 from .motion import observe
 from .results import Calibration
+from .term import Term
 from .terms import all_terms
 from .terms import OPTIONAL
-from .terms import REACH
-from .terms import Term
 from ..core.exceptions import ArgumentError
 from ..core.joints import S1
 from ..offline.playback import Recording

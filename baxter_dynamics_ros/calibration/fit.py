@@ -6,6 +6,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from .body_terms import Links
+from .body_terms import Tilt
+from .body_terms import Tool
 from .excitation import turning
 from .excitation import unknown
 from .motion import Motion
@@ -18,10 +21,7 @@ from .normal import solve
 from .results import Fitted
 from .results import Judged
 from .selection import select
-from .terms import Links
-from .terms import Term
-from .terms import Tilt
-from .terms import Tool
+from .term import Term
 from ..core.arrays import Array
 from ..core.arrays import Bools
 from ..core.joints import N_JOINTS

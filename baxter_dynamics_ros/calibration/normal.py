@@ -13,10 +13,10 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from .motion import Motion
+from .term import Parameter
+from .term import Sample
+from .term import Term
 from .terms import dahl_lengths
-from .terms import Parameter
-from .terms import Sample
-from .terms import Term
 from ..core.arrays import Array
 from ..core.arrays import Bools
 from ..core.arrays import Indices

@@ -11,7 +11,7 @@ import numpy as np
 from .normal import NormalEquations
 from .normal import Regressor
 from .normal import solve
-from .terms import Term
+from .term import Term
 from ..core.arrays import Array
 from ..core.arrays import Bools
 from ..core.joints import N_JOINTS

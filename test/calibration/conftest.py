@@ -3,8 +3,8 @@
 from functools import lru_cache
 
 from baxter_dynamics_ros.calibration.motion import Motion
+from baxter_dynamics_ros.calibration.term import Sample
 from baxter_dynamics_ros.calibration.terms import dahl_lengths
-from baxter_dynamics_ros.calibration.terms import Sample
 from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.core.joints import joint_names
 from baxter_dynamics_ros.core.joints import JOINTS

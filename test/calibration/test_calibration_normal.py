@@ -13,8 +13,8 @@ from baxter_dynamics_ros.calibration.normal import NormalEquations  # noqa: E402
 from baxter_dynamics_ros.calibration.normal import Regressor  # noqa: E402
 from baxter_dynamics_ros.calibration.normal import solve  # noqa: E402
 from baxter_dynamics_ros.calibration.selection import LeftOut  # noqa: E402
+from baxter_dynamics_ros.calibration.term import Parameter  # noqa: E402
 from baxter_dynamics_ros.calibration.terms import all_terms  # noqa: E402
-from baxter_dynamics_ros.calibration.terms import Parameter  # noqa: E402
 
 
 @pytest.fixture(scope='module')

@@ -10,11 +10,11 @@ import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402
 from baxter_dynamics_ros.calibration.fit import Fit  # noqa: E402
 from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
 from baxter_dynamics_ros.calibration.motion import observe  # noqa: E402
-from baxter_dynamics_ros.calibration.terms import Links  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
 

@@ -10,11 +10,11 @@ import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.body_terms import Tilt  # noqa: E402
+from baxter_dynamics_ros.calibration.body_terms import Tool  # noqa: E402
+from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
 from baxter_dynamics_ros.calibration.terms import all_terms  # noqa: E402
-from baxter_dynamics_ros.calibration.terms import Links  # noqa: E402
-from baxter_dynamics_ros.calibration.terms import Tilt  # noqa: E402
-from baxter_dynamics_ros.calibration.terms import Tool  # noqa: E402
 
 NAMES = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'inertial')
 

@@ -1,0 +1,203 @@
+"""What can be fitted of all joints together: the base's tilt, the links, a tool."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from .term import Parameter
+from .term import Row
+from .term import Sample
+from .term import WORTH_OF_ALL
+from ..core.arm import BaxterArm
+from ..core.arrays import Array
+from ..core.arrays import Bools
+from ..core.joints import N_JOINTS
+from ..core.parameters import from_pseudo_inertia
+from ..core.parameters import inertia_elements
+from ..core.parameters import Payload
+
+# What is believed before anything is measured: standard deviations.
+_TILT = 0.3  # horizontal gravity: 1.75 degrees [m/s^2]
+_LINK = 0.1  # [-]: 10 % of the mass, and of the radius of gyration for the centre of mass
+_PAYLOAD_MASS = 3.0  # [kg]
+_PAYLOAD_MOMENT = 0.5  # mass times centre of mass [kg m]
+
+REACH = 1.0  # along an axis, of its centre: next to no mass may say anything [m]
+
+# An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
+_PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
+_SYMMETRIC = np.zeros((len(_PAIRS), 4, 4))
+for _n, (_i, _k) in enumerate(_PAIRS):
+    _SYMMETRIC[_n, _i, _k] = _SYMMETRIC[_n, _k, _i] = 1.0 if _i == _k else np.sqrt(0.5)
+
+
+class Tilt:
+    """The tilt of the robot's base: the horizontal components of gravity."""
+
+    name = 'tilt'
+    shared = True
+    worth = WORTH_OF_ALL
+    parameters: tuple[Parameter, ...] = (Parameter('gravity x', 'm/s^2', _TILT),
+                                         Parameter('gravity y', 'm/s^2', _TILT))
+
+    def acting(self, joint: int) -> list[int]:
+        """Return which of the parameters act on a joint: both."""
+        return [0, 1]
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        """Return the joint's torque for a unit of each component, (n, 2)."""
+        return sample.horizontal_gravity[:, joint]
+
+    def update(self, values: dict[str, Any], deviation: Array) -> None:
+        """Turn gravity; its size stays."""
+        gravity = np.asarray(values['gravity'], dtype=float)
+        x, y = gravity[:2] + deviation
+        z = np.sqrt(gravity @ gravity - x * x - y * y)
+        values['gravity'] = (float(x), float(y), float(np.copysign(z, gravity[2])))
+
+    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+             active: Bools) -> Iterator[Row]:
+        """Yield name, unit, value before and after, and uncertainty of each component."""
+        for i, parameter in enumerate(self.parameters):
+            yield (parameter.name, parameter.unit, before['gravity'][i], after['gravity'][i],
+                   np.sqrt(covariance[i, i]))
+
+
+class Links:
+    r"""
+    The links' inertial parameters, under a physical prior.
+
+    Pseudo-inertias are fitted as J = L (1 + S) L^T, where L L^T is what the settings say, with a
+    normal prior on the symmetric S. It is the second-order form of the distance between bodies
+    that does not depend on units or frames (Lee, Wensing and Park 2020), and J stays that of a
+    rigid body while 1 + S > 0.
+    """
+
+    name = 'inertial'
+    shared = True
+    worth = WORTH_OF_ALL
+
+    def __init__(self, arm: BaxterArm) -> None:
+        self._root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
+        self._units = self._root[:, None] @ _SYMMETRIC @ self._root.swapaxes(-1, -2)[:, None]
+        self.parameters = tuple(
+            Parameter(f'link {i + 1} S{a + 1}{b + 1}', '-', _LINK)
+            for i in range(N_JOINTS) for a, b in _PAIRS)
+
+    def acting(self, joint: int) -> list[int]:
+        """Return which of the parameters act on a joint: those of the links beyond it."""
+        return list(range(10 * joint, 10 * N_JOINTS))
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        """Return the joint's torque for a unit of each parameter, (n, 10 (7 - joint))."""
+        moved = np.einsum('nlab,lkba->nlk', sample.regressor[:, joint, joint:],
+                          self._units[joint:], optimize=True)
+        return moved.reshape(len(moved), -1)
+
+    def least_eigenvalues(self, deviation: Array) -> Array:
+        """Return the least eigenvalue of each link's 1 + S, (7,)."""
+        s = np.einsum('lk,kab->lab', deviation.reshape(N_JOINTS, -1), _SYMMETRIC)
+        return 1.0 + np.linalg.eigvalsh(s)[:, 0]
+
+    def update(self, values: dict[str, Any], deviation: Array) -> None:
+        """Write the links into the settings."""
+        pseudo = self._root @ self._root.swapaxes(-1, -2) + np.einsum(
+            'lk,lkab->lab', deviation.reshape(N_JOINTS, -1), self._units)
+        mass, center, inertia = from_pseudo_inertia(pseudo)
+        values['links.mass'] = tuple(mass)
+        values['links.center_of_mass'] = tuple(center.ravel())
+        values['links.inertia'] = tuple(inertia_elements(inertia).ravel())
+
+    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+             active: Bools) -> Iterator[Row]:
+        """Yield name, unit, value before and after, and uncertainty of masses and moments."""
+        for link in range(N_JOINTS):
+            own = slice(10 * link, 10 * link + 10)
+            for name, unit, element in (('mass', 'kg', (3, 3)), ('moment x', 'kg m', (0, 3)),
+                                        ('moment y', 'kg m', (1, 3)),
+                                        ('moment z', 'kg m', (2, 3))):
+                gradient = self._units[(link, slice(None)) + element]
+                variance: Any = gradient @ covariance[own, own] @ gradient
+                yield (f'link {link + 1} {name}', unit, _moment(before, link, element[0]),
+                       _moment(after, link, element[0]), np.sqrt(variance))
+
+
+class Tool:
+    """
+    What the hand carries: mass, and mass times centre of mass; inertia is that of a point.
+
+    Attributes
+    ----------
+    fixed : tuple
+        Which of the parameters follow from the others: the second moments m c c^T.
+
+    """
+
+    name = 'payload'
+    shared = True
+    worth = WORTH_OF_ALL
+    moments = tuple(map(_PAIRS.index, ((0, 3), (1, 3), (2, 3))))
+    mass = _PAIRS.index((3, 3))
+    fixed = tuple(n for n, (_, k) in enumerate(_PAIRS) if k < 3)
+
+    def __init__(self, payload: Payload) -> None:
+        self._base = payload
+        names = {self.mass: ('payload mass', 'kg', _PAYLOAD_MASS, -payload.mass)}
+        names.update({n: (f'payload moment {axis}', 'kg m', _PAYLOAD_MOMENT, -np.inf)
+                      for n, axis in zip(self.moments, 'xyz')})
+        self.parameters = tuple(
+            Parameter(*names.get(n, (f'payload second moment {n}', 'kg m^2', 1.0, -np.inf)))
+            for n in range(len(_PAIRS)))
+
+    def acting(self, joint: int) -> list[int]:
+        """Return which of the parameters act on a joint: all."""
+        return list(range(len(_PAIRS)))
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        """Return the joint's torque for a unit of each parameter, (n, 10)."""
+        y = sample.regressor[:, joint, -1]
+        return np.stack([y[:, i, k] if i == k else y[:, i, k] + y[:, k, i] for i, k in _PAIRS], 1)
+
+    def total(self, deviation: Array) -> tuple[float, Array]:
+        """Return the payload's mass [kg] and centre of mass (3,) [m]."""
+        mass = max(self._base.mass + deviation[self.mass], 0.0)
+        moment = self._base.mass * np.array(self._base.center_of_mass) + deviation[
+            list(self.moments)]
+        return mass, np.clip(moment / mass, -REACH, REACH) if mass > 1e-3 else np.zeros(3)
+
+    def second_moments(self, deviation: Array) -> Array:
+        """Return what the fixed parameters must be, given the others, (6,) [kg m^2]."""
+        mass, center = self.total(deviation)
+        before = np.array(self._base.center_of_mass)
+        change = mass * np.outer(center, center) - self._base.mass * np.outer(before, before)
+        return np.array([change[_PAIRS[n]] for n in self.fixed])
+
+    def update(self, values: dict[str, Any], deviation: Array) -> None:
+        """Write the payload into the settings."""
+        mass, center = self.total(deviation)
+        values['payload.mass'] = float(mass)
+        values['payload.center_of_mass'] = tuple(center)
+        if mass == 0.0:
+            values['payload.inertia'] = (0.0,) * 6
+
+    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+             active: Bools) -> Iterator[Row]:
+        """Yield name, unit, value before and after, and uncertainty of mass and centre."""
+        mass = after['payload.mass']
+        yield ('payload mass', 'kg', before['payload.mass'], mass,
+               np.sqrt(covariance[self.mass, self.mass]))
+        if mass < 1e-3:
+            return
+        for i, (axis, own) in enumerate(zip('xyz', self.moments)):
+            center = after['payload.center_of_mass'][i]
+            pair = covariance[np.ix_([own, self.mass], [own, self.mass])]
+            gradient = np.array([1.0, -center]) / mass
+            yield (f'payload center {axis}', 'm', before['payload.center_of_mass'][i], center,
+                   np.sqrt(gradient @ pair @ gradient))
+
+
+def _moment(values: dict[str, Any], link: int, axis: int) -> float:
+    """Return a link's mass (axis 3) [kg] or mass times centre of mass along an axis [kg m]."""
+    mass = values['links.mass'][link]
+    return mass if axis == 3 else mass * values['links.center_of_mass'][3 * link + axis]

@@ -1,0 +1,123 @@
+"""What can be fitted of a joint's own: friction, bias, cables, the spring at s1."""
+
+from collections.abc import Callable
+from collections.abc import Collection
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from .term import Parameter
+from .term import Row
+from .term import Sample
+from .term import WORTH
+from ..core.arrays import Array
+from ..core.arrays import Bools
+from ..core.effort import EffortModel
+from ..core.joints import JOINTS
+from ..core.joints import S1
+
+# What is believed before anything is measured: standard deviations, here as shares of a joint's
+# greatest torque, for torques and what makes them.
+TORQUE = 0.04 * np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # [N m]
+_GAIN = 0.2  # of the spring's given shape [-]
+_SHAPE = 5.0  # a coefficient of the spring [N m]
+_NEW_SHAPE = 100.0  # ... where nothing is known of it
+
+
+class PerJoint:
+    """A term of each joint's own: one parameter, one column."""
+
+    shared = False
+
+    def __init__(self, name: str, unit: str, prior: Array, column: Callable[[Sample], Array],
+                 lower: Array | None = None, without: Collection[int] = (),
+                 worth: float = WORTH) -> None:
+        self.name = name
+        self.worth = worth
+        self._without = without
+        self.setting = f'effort_model.{name}'
+        self._column = column
+        self.parameters = tuple(
+            Parameter(f'{name} {joint}', unit, float(prior[i]),
+                      -np.inf if lower is None else -float(lower[i]))
+            for i, joint in enumerate(JOINTS))
+
+    def acting(self, joint: int) -> list[int]:
+        """Return which of the parameters act on a joint."""
+        return [] if joint in self._without else [joint]
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        """Return the effort of a joint for a unit of each parameter that acts on it, (n, k)."""
+        return self._column(sample)[:, joint, None]
+
+    def update(self, values: dict[str, Any], deviation: Array) -> None:
+        """Add the deviations to the settings."""
+        values[self.setting] = tuple(np.asarray(values[self.setting]) + deviation)
+
+    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+             active: Bools) -> Iterator[Row]:
+        """Yield name, unit, value before and after, and uncertainty of each that was fitted."""
+        deviation = np.sqrt(np.diag(covariance))
+        for i in np.flatnonzero(active):
+            yield (self.parameters[i].name, self.parameters[i].unit, before[self.setting][i],
+                   after[self.setting][i], deviation[i])
+
+
+class DahlFriction(PerJoint):
+    """Dahl's friction, once for each candidate length; a fit uses one of them."""
+
+    def __init__(self, lower: Array, index: int, length: float) -> None:
+        super().__init__('dahl', 'N m', TORQUE, lambda sample: sample.presliding[:, index], lower)
+        self.length = length
+
+    def update(self, values: dict[str, Any], deviation: Array) -> None:
+        """Add the deviations, and set the length."""
+        super().update(values, deviation)
+        values['effort_model.dahl_length'] = self.length
+
+
+class Spring:
+    """The spring at s1: its shape, or a gain on the shape it has; its offset is the bias."""
+
+    name = 'spring'
+    shared = False
+    worth = WORTH
+
+    def __init__(self, model: EffortModel, shape: bool, constant: bool = False) -> None:
+        self._model = model
+        self._constant = constant
+        names = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
+        if shape:
+            self._units = np.eye(5)[0 if constant else 1:]
+            prior = _NEW_SHAPE if constant else _SHAPE
+            self.parameters = tuple(Parameter(f'spring {name}', 'N m', prior)
+                                    for name in names[0 if constant else 1:])
+        else:
+            self._units = model.spring_coefficients[None]
+            self.parameters = (Parameter('spring gain', '-', _GAIN),)
+
+    def acting(self, joint: int) -> list[int]:
+        """Return which of the parameters act on a joint: all on s1."""
+        return list(range(len(self.parameters))) if joint == S1 else []
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        """Return the effort of s1 for a unit of each parameter, (n, k)."""
+        springs = [EffortModel(spring_coefficients=unit, spring_range=self._model.spring_range)
+                   for unit in self._units]
+        return np.stack([spring.spring(sample.motion.q)[:, S1] for spring in springs], axis=1)
+
+    def update(self, values: dict[str, Any], deviation: Array) -> None:
+        """Add the deviations to the settings."""
+        coefficients = np.asarray(values['effort_model.spring_coefficients'])
+        values['effort_model.spring_coefficients'] = tuple(coefficients + deviation @ self._units)
+
+    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+             active: Bools) -> Iterator[Row]:
+        """Yield name, unit, value before and after, and uncertainty of each that was fitted."""
+        start, end = (np.asarray(values['effort_model.spring_coefficients'])
+                      for values in (before, after))
+        inverse = np.linalg.pinv(self._units)
+        for i, parameter in enumerate(self.parameters):
+            yield (parameter.name, parameter.unit, float(start @ inverse[:, i]),
+                   float(end @ inverse[:, i]), np.sqrt(covariance[i, i]))
