@@ -45,7 +45,8 @@ def test_published_effort_is_the_commanded_torque_and_the_sensors_bias():
 
 @pytest.mark.parametrize('off, falls', [(0.0, False), (0.3, True)])
 def test_rests_under_gravity_and_spring_torque_alone(robot, off, falls):
-    q, qd, _ = live(robot, 1.0, robot.plant.static_torque() + off)
+    push = off * np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])  # w2 alone would run away
+    q, qd, _ = live(robot, 1.0, robot.plant.static_torque() + push)
     assert (np.abs(q - q[0]).max() > 0.05) == falls
     if not falls:
         assert np.abs(q - q[0]).max() < 1e-6
@@ -111,6 +112,23 @@ def test_what_no_motor_can_do_is_refused_and_changes_nothing(robot, torque, prob
         robot.command(torque)
     _, _, effort = live(robot, 0.01)
     np.testing.assert_array_equal(effort[-1], good)
+
+
+def test_a_joint_that_runs_away_is_braked_and_no_command_is_obeyed_meanwhile(robot):
+    push = robot.plant.static_torque()
+    push[6] = TORQUE_LIMIT[6]
+    fastest = 0.0
+    for k in range(300):  # [ms], as long as a controller of the wrong sign commands it
+        try:
+            robot.command(push)
+        except ArgumentError as error:
+            assert 'w2 runs away' in str(error)
+        robot.advance(robot.time + STEP)
+        fastest = max(fastest, np.abs(robot.plant.qd).max())
+    assert 40.0 < fastest < 100.0  # rad/s; MuJoCo gives up after 187 ms otherwise
+    live(robot, 1.5)
+    assert np.abs(robot.plant.qd).max() < 0.01
+    robot.command(robot.plant.static_torque())
 
 
 def test_a_command_is_copied(robot):

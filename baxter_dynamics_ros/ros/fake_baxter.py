@@ -136,7 +136,7 @@ class FakeBaxterNode(Node):
             self._was_commanded = self._baxter.is_commanded
             self.get_logger().info(
                 'torque commands: the motors supply them and nothing else' if self._was_commanded
-                else 'no torque command any more: the arm is held where it is')
+                else 'no torque command is obeyed now: the arm is held where it is')
 
     def _on_parameters_set(self, changes: list[Parameter]) -> None:
         for parameter in changes:

@@ -22,6 +22,7 @@ from ..core.joints import joint_names
 from ..core.joints import JOINTS
 from ..core.joints import N_JOINTS
 from ..core.joints import SIDES
+from ..core.joints import VELOCITY_LIMIT
 from ..core.parameters import Payload
 from ..core.validation import finite
 
@@ -37,6 +38,9 @@ GRIPPER_RATE = 38.0  # [Hz]
 TRAJECTORIES = ('circle', 'switch', 'lift', 'exciting', 'hold', 'poses')
 
 COMMAND_TIMEOUT = 0.2  # [s] for which a torque command holds, as the SDK has it
+# Faster, no torque command is obeyed: there are no stops, and a motor's limit makes w2 so fast
+# within 0.2 s that MuJoCo gives up and puts the arm elsewhere [rad/s].
+RUNAWAY = 10 * VELOCITY_LIMIT
 
 _REFERENCE_STEPS = 10  # time steps between two updates of the reference, a line between them
 
@@ -141,7 +145,7 @@ class FakeBaxter:
 
         They do until the next command, or for :data:`COMMAND_TIMEOUT`; then the robot's
         controller holds the arm where it is, beginning with the torques that it finds, and the
-        trajectory is not taken up again.
+        trajectory is not taken up again. A joint faster than :data:`RUNAWAY` is braked at once.
 
         Parameters
         ----------
@@ -152,8 +156,8 @@ class FakeBaxter:
         Raises
         ------
         ArgumentError
-            If it is not seven finite numbers, each within :data:`.plant.TORQUE_LIMIT`; what was
-            commanded before then stays.
+            If it is not seven finite numbers, each within :data:`.plant.TORQUE_LIMIT`, or a
+            joint runs away; what was commanded before then stays.
 
         """
         command = finite('torque', torque, (N_JOINTS,)).copy()
@@ -162,13 +166,17 @@ class FakeBaxter:
             joint = beyond[0]
             raise ArgumentError('torque', f'expected at most {TORQUE_LIMIT[joint]:g} N m at '
                                 f'{JOINTS[joint]}, got {command[joint]:g}')
+        if self._runs_away():
+            joint = np.argmax(np.abs(self.plant.qd) / RUNAWAY)
+            raise ArgumentError('torque', f'{JOINTS[joint]} runs away, and is braked first')
         self._command = command
         self._command_ends = self._steps + round(COMMAND_TIMEOUT / TIMESTEP)
 
     def advance(self, time: float) -> None:
         """Let the robot live until ``time`` [s since its start]."""
         while self.time < time - TIMESTEP / 2:
-            if self._command is not None and self._steps >= self._command_ends:
+            if self._command is not None and (
+                    self._steps >= self._command_ends or self._runs_away()):
                 self._hold_here(self._command)
                 self._command = None
             motor = self._control() if self._command is None else self._command
@@ -198,9 +206,15 @@ class FakeBaxter:
     def _hold_here(self, motor: Array) -> None:
         """Make this place the reference, from motor torques (7,) [N m] on."""
         self.reference = Still(self.plant.q)
-        self._controller.start_at(
-            motor, self.reference.q, self.reference.qd, self.plant.q, self.plant.qd,
-            self.plant.holding_torque(), TIMESTEP)
+        if self._runs_away():
+            self._controller = DoubleLoop()  # which does not go on with what drives it
+        else:
+            self._controller.start_at(
+                motor, self.reference.q, self.reference.qd, self.plant.q, self.plant.qd,
+                self.plant.holding_torque(), TIMESTEP)
+
+    def _runs_away(self) -> bool:
+        return bool((np.abs(self.plant.qd) > RUNAWAY).any())
 
 
 def _reference(side: str, trajectory: str) -> Reference | Excitation | Poses:
