@@ -114,6 +114,21 @@ def test_a_rate_fades_when_nothing_comes_and_counts_anew_after_a_pause(watched):
     assert series.rate(play(watched, 20.0, 0.5)) == pytest.approx(100.0)
 
 
+def test_what_a_day_brings_is_not_kept(watched):
+    play(watched, 5.0, 10.0)
+    arm = watched.arms['']
+    for series in (arm.predicted, arm.residual, arm.external, watched.inputs['right']):
+        assert len(series._counts) < 300  # of 1000
+
+
+@pytest.mark.parametrize('value', [np.inf, -np.inf, np.nan, 1e300])
+def test_what_is_no_number_is_drawn_all_the_same(watched, value):
+    now = play(watched, 5.0, 0.1)
+    for topic in EFFORTS:
+        watched.take_effort('', topic, joint_names('right'), np.full(7, value), 7, now)
+    assert len(drawn(watched, now, width=120)) > 10
+
+
 def test_what_is_old_is_marked_and_never_shown_as_live(watched):
     now = play(watched, 5.0, 2.0, contact=True) + 3.2
     lines = drawn(watched, now, height=None)
@@ -212,6 +227,7 @@ def test_what_is_wrong_is_said_in_full(watched):
     message = ' '.join(f'word{k}' for k in range(30))
     watched.take_status('', 'input', Status(1, message, {}, now), 'baxter_right_arm')
     assert message in ' '.join(' '.join(drawn(watched, now)).split())
+    drawn(watched, now, width=12, height=None)
 
 
 def test_ascii_is_ascii(watched):

@@ -27,13 +27,15 @@ from .watch_listener import Listener
 from .watch_terminal import Keys
 from .watch_terminal import keys
 from .watch_terminal import save_picture
+from .watch_terminal import suspension
 from .watch_view import Canvas
 from .watch_view import view
 from .watch_words import summary
 from ..core.exceptions import BaxterDynamicsError
 
 ONCE_WAITS = 10.0  # [s] by default
-_ENOUGH = 1.1  # [s] of predictions, after which diagnostics and rates are known, too
+_ENOUGH = 1.1  # [s] of messages, after which diagnostics and rates are known, too
+_ROBOT = 2.0  # [s] to find the robot, too; it may be on another topic
 _LOOK = 0.05  # [s] between two looks at what has come, when nothing is drawn
 _LINE_EVERY = 1.0  # [s]
 
@@ -68,8 +70,8 @@ def run(predictor: str, arm: str | None, topic: str, rate: float, duration: floa
     Raises
     ------
     BaxterDynamicsError
-        If nothing arrives and only one view was asked for, a name is none, or the picture cannot
-        be saved.
+        If nothing arrives and only one view was asked for, a name is none, or the picture or the
+        output cannot be written.
 
     """
     picture = output_file('--save', save, ('.svg',)) if save else None
@@ -80,7 +82,8 @@ def run(predictor: str, arm: str | None, topic: str, rate: float, duration: floa
             try:
                 if once:
                     watcher.once(ONCE_WAITS if duration is None else duration)
-                elif sys.stdout.isatty() and not console.is_dumb_terminal:
+                elif (sys.stdout is not None and sys.stdout.isatty()
+                        and not console.is_dumb_terminal):
                     watcher.live(1.0 / rate, math.inf if duration is None else duration)
                 else:
                     watcher.lines(math.inf if duration is None else duration)
@@ -91,9 +94,11 @@ def run(predictor: str, arm: str | None, topic: str, rate: float, duration: floa
             watcher.save(picture)
     except _Terminated:
         return 128 + signal.SIGTERM
-    except BrokenPipeError:  # whoever read our lines has had enough
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 128 + signal.SIGPIPE
+        if isinstance(error, BrokenPipeError):  # whoever read our lines has had enough
+            return 128 + signal.SIGPIPE
+        raise BaxterDynamicsError(f'the output cannot be written ({error.strerror})') from None
     return 0
 
 
@@ -108,8 +113,9 @@ class _Watcher:
 
     def live(self, period: float, duration: float) -> None:
         until = time.monotonic() + duration
-        with keys() as pressed, Live(console=self._console, screen=True, auto_refresh=False,
-                                     redirect_stdout=False, redirect_stderr=False) as screen:
+        with suspension(self._console), keys() as pressed, Live(
+                console=self._console, screen=True, auto_refresh=False,
+                redirect_stdout=False, redirect_stderr=False) as screen:
             for now in _ticks(period, until, pressed):
                 self._listener.listen(now)
                 width, height = self._console.size
@@ -127,10 +133,14 @@ class _Watcher:
 
     def once(self, patience: float) -> None:
         start = time.monotonic()
-        enough = math.inf
+        predicted = enough = math.inf
         for now in _ticks(_LOOK, start + patience, Keys(None)):
             self._listener.listen(now)
             if self._listener.missing(now) is None:
+                predicted = min(predicted, now)
+            robot = self._listener.watched.inputs.values()
+            if now >= predicted and (now >= predicted + _ROBOT
+                                     or any(series.is_live(now) for series in robot)):
                 enough = min(enough, now + _ENOUGH)
             if now >= enough:
                 break

@@ -45,6 +45,7 @@ class Series:
         self.heard = now
         waiting = self._counts.pop()[1] if self._counts and self._counts[-1][0] == now else 0
         self._counts.append((now, waiting + 1))
+        self._forget(now)
 
     def age(self, now: float) -> float:
         """Return the time since the newest message [s]; infinite if there was none."""
@@ -56,13 +57,17 @@ class Series:
 
     def rate(self, now: float) -> float:
         """Return how many messages came a second, over the last two [1/s]."""
-        while len(self._counts) > 1 and self._counts[1][0] <= now - _RATE_OVER:
-            self._counts.popleft()
+        self._forget(now)
         if not self._counts or now <= self._counts[0][0]:
             return 0.0
         # Those that came first had been coming since nobody knows when, so they only begin it.
         counted = sum(count for _, count in self._counts) - self._counts[0][1]
         return counted / (now - self._counts[0][0])
+
+    def _forget(self, now: float) -> None:
+        """Drop what is too old to tell a rate by, but for one that begins it."""
+        while len(self._counts) > 1 and self._counts[1][0] <= now - _RATE_OVER:
+            self._counts.popleft()
 
 
 class Trace:
@@ -212,8 +217,9 @@ class Watched:
             places = self._where(names, side)
             if places is not None and len(effort) == len(names):
                 arm = self._arm(place, side)
-                arm.take_effort(getattr(arm, topic), np.array([effort[k] for k in places]),
-                                stamp_ns, now)
+                values = np.array([effort[k] for k in places])
+                values[~np.isfinite(values)] = np.nan  # which is drawn as nothing
+                arm.take_effort(getattr(arm, topic), values, stamp_ns, now)
 
     def take_contact(self, place: str, contact: bool, now: float) -> None:
         """Take whether something touches the arm."""

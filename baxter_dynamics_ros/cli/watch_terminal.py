@@ -9,11 +9,13 @@ import io
 import os
 from pathlib import Path
 import select
+import signal
 import sys
 import tempfile
 import termios
 import time
 import tty
+from types import FrameType
 
 from rich.console import Console
 from rich.console import Group
@@ -94,6 +96,30 @@ def keys() -> Iterator[Keys]:
         yield Keys(descriptor)
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+@contextmanager
+def suspension(drawn: Console) -> Iterator[None]:
+    """Let Ctrl-Z leave the terminal's usual screen and settings to the shell."""
+    terminal = drawn.file.fileno()
+    usual = termios.tcgetattr(terminal)
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        # Past Rich, which may be writing just now; all of it is drawn anew at the next time.
+        ours = termios.tcgetattr(terminal)
+        os.write(terminal, b'\x1b[?1049l\x1b[?25h')
+        termios.tcsetattr(terminal, termios.TCSADRAIN, usual)
+        os.kill(os.getpid(), signal.SIGSTOP)
+        # In the background this stops again, until it is in the foreground.
+        termios.tcsetattr(terminal, termios.TCSADRAIN, ours)
+        os.write(terminal, b'\x1b[?1049h\x1b[?25l')
+    before = signal.getsignal(signal.SIGTSTP)
+    if before is not signal.SIG_IGN:  # as it is where no shell could continue us
+        signal.signal(signal.SIGTSTP, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTSTP, before)
 
 
 def _is_in_background(terminal: int) -> bool:

@@ -202,7 +202,7 @@ def _diagnostics(arm: ArmData, now: float, with_side: bool, in_short: bool, in_f
     lines = []
     for text, style in statuses:
         if in_full and style != _FINE:
-            lines += [Text(line, style=style) for line in textwrap.wrap(
+            lines += [canvas.line(line, style) for line in textwrap.wrap(
                 whose + text, canvas.width, subsequent_indent=' ' * (16 + len(whose)))]
         else:
             lines.append(canvas.line(whose + text, style))

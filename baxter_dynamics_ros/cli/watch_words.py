@@ -26,7 +26,8 @@ def rates(watched: Watched, arm: ArmData, now: float) -> str:
     """Return the rates, and how far the newest residual is behind the newest joint state."""
     measured = watched.inputs.get(arm.side)
     rate = measured.rate(now) if measured is not None else 0.0
-    words = [f'{arm.predicted.rate(now):.1f} predictions/s', f'{rate:.1f} joint states/s']
+    words = [f'{arm.predicted.rate(now):.1f} predictions/s',
+             f'{rate:.1f} joint states/s' if rate else 'no joint states heard (--topic)']
     if arm.residual.is_live(now):
         words.append(f'residual {age(arm.residual.age(now))} old')
         if measured is not None and measured.is_live(now):

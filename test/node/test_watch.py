@@ -60,6 +60,15 @@ def test_prints_once_what_the_topics_say(robot, predictor, watch):
     assert 'right arm: ' in out and '\x1b' not in out
 
 
+@pytest.mark.parametrize('sink, code, said', [
+    ('>&-', 0, ''), ('>/dev/full', 1, 'the output cannot be written (No space left on device)')])
+def test_output_that_goes_nowhere_is_told_in_a_line(domain, sink, code, said):
+    done = subprocess.run(
+        ['sh', '-c', f'exec "$@" {sink}', 'sh', *COMMAND, '--duration', '1.2'],
+        stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=20.0)
+    assert (done.returncode, done.stderr) == (code, said and f'baxter_dynamics watch: {said}\n')
+
+
 def test_says_what_is_missing(watch):
     process = watch('--once', '--duration', '0.5', '--node', '/robot_7/predictor', text=True)
     out, err = process.communicate(timeout=20.0)
@@ -78,6 +87,8 @@ def test_leaves_the_terminal_as_it_was_and_a_picture(watch, tmp_path):
         terminal.until(b'is torque_predictor running')
         assert b'\x1b[?1049h' in terminal.shown  # its own screen
         assert not terminal.attributes()[3] & termios.ECHO
+        if end == signal.SIGTERM:
+            terminal.stop_and_continue()
         if isinstance(end, bytes):
             os.write(terminal.ours, end)
         else:
@@ -112,9 +123,24 @@ class Terminal:
 
     def until(self, text):
         """Read what is shown until a text has come."""
+        limit = time.monotonic() + 20.0
         while text not in self.shown:
-            assert select.select([self.ours], [], [], 20.0)[0], self.shown
+            left = max(limit - time.monotonic(), 0.0)  # it draws on and on
+            assert left and select.select([self.ours], [], [], left)[0], self.shown[-1000:]
             self.shown += os.read(self.ours, 10_000)
+
+    def stop_and_continue(self):
+        """Press Ctrl-Z, as a shell has it, look at what is left to the shell, and go on."""
+        ours = self.attributes()
+        self.process.send_signal(signal.SIGTSTP)
+        self.until(b'\x1b[?1049l\x1b[?25h')
+        assert os.WIFSTOPPED(os.waitpid(self.process.pid, os.WUNTRACED)[1])
+        assert self.attributes() == self.before
+        self.shown = b''
+        self.process.send_signal(signal.SIGCONT)
+        self.until(b'is torque_predictor running')
+        assert self.shown.startswith(b'\x1b[?1049h\x1b[?25l')
+        assert self.attributes() == ours
 
     def close(self):
         """Close both ends."""
