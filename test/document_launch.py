@@ -18,7 +18,7 @@ KNOWN = {
     'launch': {'version'},
     'arg': {'name', 'default', 'description', 'value'},
     'choice': {'value'},
-    'node': {'pkg', 'exec', 'name', 'namespace', 'output', 'args', 'if', 'unless'},
+    'node': {'pkg', 'exec', 'name', 'namespace', 'output', 'args', 'ros_args', 'if', 'unless'},
     'param': {'name', 'value', 'from'},
     'remap': {'from', 'to'},
     'include': {'file', 'if', 'unless'},
@@ -106,7 +106,11 @@ def _node(element, variables, file):
         return _substituted(part.get(name), variables, file)
     if of(element, 'pkg') != PACKAGE or of(element, 'exec') not in executables():
         raise LaunchError(f"{file.name}: no {of(element, 'exec')} in {of(element, 'pkg')}")
-    words = ['-r', f"__node:={of(element, 'name')}"] if element.get('name') else []
+    words = (of(element, 'ros_args') or '').split()
+    if '--params-file' in words and not os.path.isfile(words[words.index('--params-file') + 1]):
+        raise LaunchError(f"{file.name}: there is no {words[words.index('--params-file') + 1]}")
+    if element.get('name'):
+        words += ['-r', f"__node:={of(element, 'name')}"]
     if of(element, 'namespace'):
         words += ['-r', f"__ns:=/{of(element, 'namespace').strip('/')}"]
     for part in element:

@@ -59,9 +59,9 @@ def test_the_demos_launch_file_needs_nothing_and_leaves_a_robots_topic_alone(rea
 def test_without_arguments_it_is_the_right_arm_with_its_parameter_file():
     (command,) = nodes(REPOSITORY / 'launch' / 'torque_predictor.launch.xml', {})
     assert command == [
-        'torque_predictor', '--ros-args', '-r', '__node:=torque_predictor', '--params-file',
-        str(REPOSITORY / 'config' / 'right_arm.yaml'), '-p', 'arm:=right', '-r',
-        '/robot/joint_states:=/robot/joint_states']
+        'torque_predictor', '--ros-args', '--params-file',
+        str(REPOSITORY / 'config' / 'right_arm.yaml'), '-r', '__node:=torque_predictor', '-p',
+        'arm:=right', '-r', '/robot/joint_states:=/robot/joint_states']
 
 
 def test_both_arms_have_a_parameter_file():

@@ -3,6 +3,7 @@
 from argparse import ArgumentParser
 from collections.abc import Callable
 from contextlib import suppress
+import signal
 import sys
 
 import rclpy
@@ -66,6 +67,10 @@ def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None)
             raise
         # A signal ended the context while a callback was still using it.
     finally:
+        # A second SIGINT, as ros2 launch may send, must not kill what is ending. rclpy puts back
+        # what was there before it.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         with suppress(RuntimeError):  # a signal ended it since try_shutdown() looked
             rclpy.try_shutdown()
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     return 0

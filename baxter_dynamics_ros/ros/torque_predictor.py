@@ -128,10 +128,12 @@ class TorquePredictor(Node):
 
     def _log(self, status: DiagnosticStatus) -> None:
         """Say a status that has changed in the log, too."""
+        here = self.get_fully_qualified_name().strip('/')  # which the log says by itself
+        text = f'{status.name.removeprefix(here).lstrip("/: ")}: {status.message}'
         if status.level != DiagnosticStatus.OK:
-            self.get_logger().warning(f'{status.name}: {status.message}')
+            self.get_logger().warning(text)
         elif self._reported.get(status.name, (DiagnosticStatus.OK,))[0] != DiagnosticStatus.OK:
-            self.get_logger().info(f'{status.name}: {status.message}')
+            self.get_logger().info(text)
 
     def _offer_services(self) -> None:
         try:

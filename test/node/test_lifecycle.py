@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 from baxter_dynamics_ros.ros import topics
 from baxter_dynamics_ros.ros.process import run
@@ -23,6 +24,17 @@ def test_ends_cleanly_on_a_signal(robot, start, executable, by):
     robot.until(lambda: '[INFO]' in process.output or process.exit_code is not None)
     robot.spin(0.5)
     assert process.end(by) == 0, process.output
+    assert 'Traceback' not in process.output
+
+
+def test_one_sigint_after_another_does_no_harm(robot, start):
+    process = start('torque_predictor')  # ros2 launch may send a second one
+    robot.until(lambda: '[INFO]' in process.output or process.exit_code is not None)
+    limit = time.monotonic() + 10.0
+    while process.exit_code is None and time.monotonic() < limit:
+        os.kill(process.pid, signal.SIGINT)
+        time.sleep(0.02)
+    assert process.exit_code == 0, process.output
     assert 'Traceback' not in process.output
 
 
