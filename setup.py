@@ -43,7 +43,8 @@ demo = ros + offline + [
 ]
 test = demo + export + fast + [
     'sympy==1.14.0',
-    'hypothesis==6.170.15',
+    'hypothesis==6.170.15; python_version >= "3.11"',
+    'hypothesis; python_version < "3.11"',
     'mypy==2.4.1',
     'pytest==9.0.3',
     'pytest-timeout==2.4.0',

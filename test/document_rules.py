@@ -94,7 +94,7 @@ def python(page, words):
         if module.split('.')[0] != PACKAGE:
             raise Failure(f'{module}: say in document_rules.py how it is run')
         if (module.split('.')[-1], *arguments) in RUN_ELSEWHERE:
-            return _tested(page, RUN_ELSEWHERE[module.split('.')[-1], *arguments])
+            return _tested(page, RUN_ELSEWHERE[(module.split('.')[-1], *arguments)])
         return page.stand_ins.once(words, page.folder, lambda: page.run(words))
     if script == '-c':
         return page.run(words)

@@ -22,7 +22,8 @@ CONFIG = sorted((REPOSITORY / 'config').glob('*.yaml'))
 LAUNCH = sorted((REPOSITORY / 'launch').glob('*.launch.xml'))
 SETUP = ast.parse((REPOSITORY / 'setup.py').read_text('utf-8'))
 
-# Imported name -> rosdep's name, where that is another; None where rosdep has none.
+# Imported name -> rosdep's name, where that is another; None for what is optional, most of which
+# Ubuntu has no package of.
 ROSDEP = {
     'casadi': None,
     'jinja2': 'python3-jinja2',

@@ -35,7 +35,7 @@ def plot_effort(path: Path, series: dict[str, Array], title: str) -> None:
         If the file cannot be written.
 
     """
-    figure, axes = plt.subplots(len(JOINTS), 2, figsize=(12, 14), sharex=True,
+    figure, axes = plt.subplots(len(JOINTS), 2, figsize=(12, 10), sharex=True,
                                 layout='constrained')
     figure.suptitle(title, fontsize=14)
     for i, (joint, (left, right)) in enumerate(zip(JOINTS, axes)):

@@ -202,9 +202,11 @@ def _example(functions: list[Function], arm: BaxterArm, name: str, command: str)
     states = '\n'.join(f'    const double {a}[7] = {{{", ".join(map(repr, _STATE[a]))}}}; '
                        f'/* {describe(a)} */' for a in function.arguments)
     arrays = ', '.join(f'{o.symbol}[{prod(o.shape)}]' for o in (output, *others))
-    return f"""{_comment(f'{output.symbol} of one state: {output.text} [{output.unit}].',
-             f'    gcc -O3 -march=native example.c {name}.c -o example -lm && ./example',
-             'prints', *(f'    {row}' for row in printed), head(arm, command)[0])}
+    says = _comment(
+        f'{output.symbol} of one state: {output.text} [{output.unit}].',
+        f'    gcc -O3 -march=native example.c {name}.c -o example -lm && ./example',
+        'prints', *(f'    {row}' for row in printed), head(arm, command)[0])
+    return f"""{says}
 
 #include <stdio.h>
 

@@ -111,7 +111,7 @@ def table_five(of: Statistics, where: str) -> Table:
 
 def terms_table(shares: dict[str, Array]) -> Table:
     """Return what the predicted effort is made of."""
-    greatest = np.max(list(shares.values()), axis=0)  # (7,)
+    greatest = np.array(list(shares.values())).max(axis=0)  # (7,)
     return Table('RMS of each term [N m]; the bars compare the terms of a joint', 'joint', JOINTS,
                  tuple(Column(name, shares[term], whole=greatest)
                        for term, name in TERM_NAMES.items()))
@@ -121,7 +121,7 @@ def estimators_table(of: Statistics) -> Table:
     """Return the RMS error with each way of finding the acceleration."""
     rms = {estimator: of.estimators[estimator].rms for estimator in ESTIMATORS
            if estimator in of.estimators}
-    greatest = np.max(list(rms.values()), axis=0, initial=0.0)  # (7,)
+    greatest = np.array(list(rms.values())).max(axis=0, initial=0.0)  # (7,)
     return Table('RMS of the error [N m] of Lagrange-Euler; the bars compare those of a joint',
                  'joint', JOINTS, tuple(Column(STROKES[estimator].label, values, whole=greatest)
                                         for estimator, values in rms.items()))

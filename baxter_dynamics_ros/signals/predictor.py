@@ -189,7 +189,7 @@ class Predictor:
         model = self.model.effort_model
         tau = self.model.inverse_dynamics(q, qd, qdd)
         effort = model.effort(tau, q, qd, qdd, presliding)
-        held = np.count_nonzero(model.spring_is_held(q))
+        held = int(np.count_nonzero(model.spring_is_held(q)))
         if held:
             self.counts[Event.SPRING_HELD] += held
         residual = None
