@@ -10,17 +10,17 @@ Run: python examples/contact_warning.py
 
 from argparse import ArgumentParser
 from contextlib import suppress
+from math import inf
 from time import monotonic
 
-from baxter_dynamics_ros import JOINTS
-import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
-DOUBT = np.array([1.0, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])  # of a model that is not calibrated [N m]
+# Of a model that is not calibrated [N m].
+DOUBT = {'s0': 1.0, 's1': 2.0, 'e0': 1.5, 'e1': 1.1, 'w0': 0.4, 'w1': 0.6, 'w2': 0.3}
 SILENCE = 0.5  # [s]
 
 
@@ -30,11 +30,12 @@ class ContactWarning(Node):
     def __init__(self) -> None:
         super().__init__('contact_warning')
         self.heard, self.began = monotonic(), 0.0  # [s]; began: 0 where there is no contact
-        self.external, self.residual = np.zeros((2, 7))  # [N m]
+        self.external, self.residual = {}, {}  # by joint [N m]
         for topic, values in (('external_effort', self.external),
                               ('effort_residual', self.residual)):
-            self.create_subscription(JointState, f'/torque_predictor/{topic}',
-                                     lambda m, values=values: np.copyto(values, m.effort), 10)
+            self.create_subscription(
+                JointState, f'/torque_predictor/{topic}', lambda message, values=values:
+                values.update(zip((name[-2:] for name in message.name), message.effort)), 10)
         self.create_subscription(Bool, '/torque_predictor/contact', self.on_contact, 10)
         self.create_timer(SILENCE, self.watch)
 
@@ -52,18 +53,19 @@ class ContactWarning(Node):
         """Say which joints feel the push, or the one that feels it most; or that all is silent."""
         if monotonic() - self.heard > SILENCE:
             print(f'nothing heard for {SILENCE:g} s: contact is not known', flush=True)
-            self.heard, self.began = np.inf, 0.0  # said once
+            self.heard, self.began = inf, 0.0  # said once
         elif self.began:
-            much = np.abs(self.external) / DOUBT
+            much = {joint: abs(self.external[joint]) / DOUBT[joint] for joint in self.external}
             print(f'contact for {monotonic() - self.began:.1f} s [N m]:', ', '.join(
-                f'{JOINTS[i]} external {self.external[i]:+.1f} residual {self.residual[i]:+.1f}'
-                for i in np.flatnonzero(much >= min(1.0, much.max()))), flush=True)
+                f'{joint} external {self.external[joint]:+.1f} '
+                f'residual {self.residual.get(joint, 0.0):+.1f}'
+                for joint in much if much[joint] >= min(1.0, *much.values())), flush=True)
 
 
 def main() -> None:
     """Listen until it is interrupted, or for a while."""
     parser = ArgumentParser()
-    parser.add_argument('--duration', type=float, default=np.inf, help='[s]; endless by default')
+    parser.add_argument('--duration', type=float, default=inf, help='[s]; endless by default')
     options = parser.parse_args()
     rclpy.init()
     node, end = ContactWarning(), monotonic() + options.duration

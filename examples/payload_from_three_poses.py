@@ -1,9 +1,7 @@
 """
 Find what the hand carries, its mass and centre of mass, from residuals in three postures at rest.
 
-At rest the residual is what gravity does to a load that the predictor does not know, and linear in
-its mass m and first moment m c: four unknowns, seven equations a rest. What friction holds there
-is an error; rests to which the arm came from both sides average it out (--rests 6).
+They are gravity's on an unknown load, linear in m and m c; friction averages out (--rests 6).
 
 Run: python examples/payload_from_three_poses.py
 """
@@ -20,6 +18,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+NAMES = 'right_s0 right_s1 right_e0 right_e1 right_w0 right_w1 right_w2'.split()
 DOUBT = np.array([1.0, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])  # of a model that is not calibrated [N m]
 STILL = 0.01 * np.array([1, 1, 1, 1, 10, 10, 10])  # [rad] in 0.5 s; the wrist may swing a little
 
@@ -47,7 +46,8 @@ class Rests(Node):
 
     def gather(self, message: JointState) -> None:
         """Gather what comes while the arm rests; a rest is over when the arm moves on."""
-        self.last = [*self.last[-49:], np.array([message.position, message.effort])]  # of 0.5 s
+        order = [message.name.index(name) for name in NAMES]  # last: of 0.5 s
+        self.last = [*self.last[-49:], np.array([message.position, message.effort])[:, order]]
         if len(self.last) == 50 and (np.ptp(self.last, axis=0)[0] < STILL).all():
             self.rest.append(self.last[-1])
         elif len(self.rest) > 10:

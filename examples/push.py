@@ -2,16 +2,20 @@
 Push the fake Baxter's hand for a while: set its parameter force, and set it back to zero.
 
 As `ros2 param set /fake_baxter force "[0.0, 0.0, -25.0]"` does, where there is no command ros2.
+Ctrl-C lets go, too.
 
 Run: python examples/push.py
 """
 
 from argparse import ArgumentParser
+from collections.abc import Sequence
+from contextlib import suppress
 from time import sleep
 
 import rclpy
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.signals import SignalHandlerOptions
 
 
 def main() -> None:
@@ -22,13 +26,13 @@ def main() -> None:
     parser.add_argument('--force', type=float, nargs=3, default=(0.0, 0.0, -25.0),
                         help="axes of the robot's base, up to 200 [N]")
     options = parser.parse_args()
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C leaves us able to let go
     node = rclpy.create_node('push')
     client = AsyncParameterClient(node, 'fake_baxter')
     if not client.wait_for_services(10.0):
         parser.exit(1, 'no fake_baxter is there to push\n')
-    for seconds, force in ((options.after, options.force), (options.duration, (0.0, 0.0, 0.0))):
-        sleep(seconds)
+
+    def push(force: Sequence[float]) -> None:
         answer = client.set_parameters([Parameter('force', value=list(force))])
         rclpy.spin_until_future_complete(node, answer, timeout_sec=5.0)
         if not answer.done():
@@ -37,6 +41,13 @@ def main() -> None:
             parser.exit(1, answer.result().results[0].reason + '\n')
         print(f'pushed with {force} N' if any(force) else 'let go', flush=True)
 
+    with suppress(KeyboardInterrupt):
+        sleep(options.after)
+        push(options.force)
+        sleep(options.duration)
+    push((0.0, 0.0, 0.0))
+
 
 if __name__ == '__main__':
-    main()
+    with suppress(KeyboardInterrupt):
+        main()

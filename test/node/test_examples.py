@@ -135,7 +135,10 @@ def test_without_its_torques_the_arm_falls(start):
 
 def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predictor):
     warning = start('contact_warning')
-    push = start('push', '--after', '1.0', '--duration', '1.0')
+    push = start('push', '--after', '1.0', '--duration', '30.0')
+    push.until('pushed with')
+    time.sleep(1.0)
+    push.process.send_signal(signal.SIGINT)  # which lets go, too
     warning.until('contact is over')
     assert push.finish() == 'pushed with (0.0, 0.0, -25.0) N\nlet go\n'
     lines = warning.output.splitlines()
