@@ -55,10 +55,10 @@ def _box(axes: Axes, room: Room) -> None:
     axes.text(x + 0.12, y + HEIGHT - 0.12, room.name, va='top', weight='bold')
     axes.text(x + width - 0.12, y + HEIGHT - 0.12, ', '.join(room.libraries), va='top', ha='right',
               style='italic', color=EDGE)
-    lines = textwrap.wrap(room.text.replace('`', ''), int(width * 11.5))
+    lines = textwrap.wrap(room.text.replace('`', ''), int(width * 10.8))
     if len(lines) > 4:
-        lines = textwrap.wrap(room.text.split(':')[0], int(width * 11.5))
-    axes.text(x + 0.12, y + HEIGHT - 0.44, '\n'.join(lines), va='top', fontsize=7.5)
+        lines = textwrap.wrap(room.text.split(':')[0], int(width * 10.8))
+    axes.text(x + 0.12, y + HEIGHT - 0.44, '\n'.join(lines), va='top', fontsize=8.5)
 
 
 def _arrows(axes: Axes, room: Room) -> None:

@@ -63,10 +63,10 @@ def trajectories(path: Path) -> None:
         above.set_title(_TITLES[trajectory], pad=0.0)
         for name, low, high in zip('xyz', (0.45, -0.35, -0.1), (0.75, -0.05, 0.3)):
             getattr(above, f'set_{name}lim')(low, high)
-            getattr(above, f'set_{name}label')(f'{name} [m]', labelpad=-3.0)
+            getattr(above, f'set_{name}label')(f'{name} [m]', labelpad=3.0 * (name != 'x'))
             getattr(above, f'{name}axis').set_major_locator(MultipleLocator(0.1))
-        above.set_box_aspect((3, 3, 4), zoom=0.76)
-        above.tick_params(labelsize=8, pad=-2)
+        above.set_box_aspect((3, 3, 4), zoom=0.72)
+        above.tick_params(labelsize=8, pad=0)
         below = figure.add_subplot(2, 3, column + 4)
         time = _DT * np.arange(len(q))
         for joint, angle, color in zip(JOINTS, (q - q[0]).T, _COLORS):

@@ -56,7 +56,8 @@ def arm_as_printed(path: Path) -> None:
             axis.plot(line[:, 0], line[:, 2], 'o-', label=label, **style,
                       markersize=3.0 + 1.6 * style['linewidth'])
         for name, (x, _, z) in zip(_STICK, lines[-1]):
-            axis.annotate(name, (x, z), (9, 7), textcoords='offset points', color=MODEL)
+            offset = (9, -13) if name in ('s0', 's1') else (9, 7)  # beside the lines [pt]
+            axis.annotate(name, (x, z), offset, textcoords='offset points', color=MODEL)
         axis.annotate('hand', lines[1][-1, [0, 2]], (9, -3), textcoords='offset points',
                       color=WRONG)
         axis.set_title(title)

@@ -41,7 +41,7 @@ CASES = (
          told=FRICTION),
     Case('20 N push the hand down, from 2 s to 4 s', 's1', 'lift', told=FRICTION,
          force=(0.0, 0.0, -20.0)),
-    Case('the base is tilted by 2°, not told', 'e0', 'lift',
+    Case('the base is tilted by 2°, not told', 's0', 'lift',
          {'gravity': (0.0, 9.81 * np.sin(np.radians(2)), -9.81 * np.cos(np.radians(2)))},
          told=FRICTION),
     Case('effort_model.enabled is false, beside a robot', 's1', 'lift',

@@ -52,7 +52,7 @@ def test_commands_are_matched_by_name_and_bad_ones_refused(robot, baxter):
     assert 'expected each of left_s0 left_s1' in baxter.output
     assert baxter.output.count('motors supply them and nothing else') == 1
 
-    robot.until(lambda: 'no torque command any more: the arm is held where it is' in baxter.output)
+    robot.until(lambda: 'no torque command is obeyed now: the arm is held' in baxter.output)
     robot.spin(0.8)
     assert np.abs(effort(robot) - holding).max() < 1.0  # N m
     robot.commander.publish(bad[0])
