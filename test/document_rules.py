@@ -229,7 +229,7 @@ def installable(words: list, folder):
     """Fail where pip is asked for what setup.py does not know, or a folder without package."""
     for word in words[2:]:
         path, extra = re.fullmatch(r'([^\[]*)(?:\[(.*)\])?', word).groups()
-        known = word.startswith('-') or path in distributions() or (
+        known = word.startswith('-') or path in {'pip', *distributions()} or (
             path.startswith('.') and (folder / path / 'pyproject.toml').is_file())
         if words[1] != 'install' or not known or set((extra or '').split(',')) - {''} - extras():
             raise Failure(f'pip has no {word} to install')
