@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .trajectories import MIRROR
+from .trajectories import Along
+from .trajectories import least_jerk
+from .trajectories import mirror
 from ..core.arrays import Array
 from ..core.arrays import ArrayLike
 
@@ -73,7 +75,7 @@ def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
     s, sd, sdd = s.sum(-1), sd.sum(-1), sdd.sum(-1)
     u = np.minimum(np.minimum(t, DURATION - t) / _EASE, 1.0)
     slope = np.where(t < DURATION / 2, 1.0, -1.0) / _EASE  # of u, where it is not constant
-    w = u ** 3 * (10.0 - 15.0 * u + 6.0 * u ** 2)
+    w = least_jerk(u)
     wd = 30.0 * (u * (1.0 - u)) ** 2 * slope
     wdd = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * slope ** 2
     return (series.center + w * s, wd * s + w * sd, wdd * s + 2.0 * wd * sd + w * sdd)
@@ -81,36 +83,22 @@ def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
 
 def series(side: str) -> Series:
     """Return what the joints of an arm do; the left arm's motion is the right one's mirrored."""
-    mirror = MIRROR if side == 'left' else np.ones(len(MIRROR))
-    return SERIES._replace(center=mirror * SERIES.center, sine=mirror[:, None] * SERIES.sine,
-                           cosine=mirror[:, None] * SERIES.cosine)
+    signs = mirror(side)
+    return SERIES._replace(center=signs * SERIES.center, sine=signs[:, None] * SERIES.sine,
+                           cosine=signs[:, None] * SERIES.cosine)
 
 
-class Excitation:
+class Excitation(Along):
     """
-    Joint references along the exciting trajectory; its interface is :class:`.Reference`'s.
+    Joint references along the exciting trajectory.
 
     Parameters
     ----------
     side : str
         'right' or 'left'; the left arm's is the mirror image.
 
-    Attributes
-    ----------
-    q, qd : ndarray (7,)
-        The reference now [rad, rad/s].
-
     """
 
     def __init__(self, side: str) -> None:
-        self._series = series(side)
-        self._t = 0.0
-        self.q = self._series.center
-        self.qd: Array = np.zeros(len(self.q))
-
-    def advance(self, dt: float) -> None:
-        """Go on by dt [s]; qd is the mean velocity on the way."""
-        self._t += dt
-        q = motion(self._series, self._t)[0]
-        self.qd = (q - self.q) / dt
-        self.q = q
+        joints = series(side)
+        super().__init__(lambda t: motion(joints, t)[0])

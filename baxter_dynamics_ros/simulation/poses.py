@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from .trajectories import MIRROR
+from .trajectories import Along
+from .trajectories import least_jerk
+from .trajectories import mirror
 from ..core.arrays import Array
 
 # The right arm's: of those that keep clear of the robot, the three that tell mass and centre of
@@ -27,8 +29,8 @@ def motion(t: float) -> Array:
     before, here, then = (POSTURES[k % len(POSTURES)] for k in (n - 1, n, n + 1))
     start = here + _beyond(n) * np.sign(here - before)
     end = then + _beyond(n + 1) * np.sign(then - here)
-    q: Array = (start + (here - start) * _least_jerk(rest / BACK)
-                + (end - here) * _least_jerk((rest - REST) / MOVE))
+    q: Array = (start + (here - start) * _moved(rest / BACK)
+                + (end - here) * _moved((rest - REST) / MOVE))
     return q
 
 
@@ -37,45 +39,30 @@ def _beyond(n: int) -> float:
     return BEYOND if n // len(POSTURES) % 2 else 0.0
 
 
-def _least_jerk(s: float) -> float:
-    """Return how far the move of least jerk has come, 0 to 1, after the part s of its time."""
-    s = min(max(s, 0.0), 1.0)
-    return s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+def _moved(s: float) -> float:
+    """Return how far a move has come, 0 to 1, after the part s of its time, which may be over."""
+    return float(least_jerk(min(max(s, 0.0), 1.0)))
 
 
-class Poses:
+class Poses(Along):
     """
-    Joint references through the postures, over and over; its interface is :class:`.Reference`'s.
+    Joint references through the postures, over and over.
 
     Parameters
     ----------
     side : str
         'right' or 'left'; the left arm's is the mirror image.
 
-    Attributes
-    ----------
-    q, qd : ndarray (7,)
-        The reference now [rad, rad/s].
-
     """
 
     def __init__(self, side: str) -> None:
-        self._mirror = MIRROR if side == 'left' else np.ones(len(MIRROR))
-        self._t = 0.0
-        self.q = self._mirror * motion(0.0)
-        self.qd: Array = np.zeros(len(self.q))
-
-    def advance(self, dt: float) -> None:
-        """Go on by dt [s]; qd is the mean velocity on the way."""
-        self._t += dt
-        q = self._mirror * motion(self._t)
-        self.qd = (q - self.q) / dt
-        self.q = q
+        signs = mirror(side)
+        super().__init__(lambda t: signs * motion(t))
 
 
-class Still:
+class Still(Along):
     """
-    Joint references that stay; its interface is :class:`.Reference`'s.
+    Joint references that stay.
 
     Parameters
     ----------
@@ -85,8 +72,5 @@ class Still:
     """
 
     def __init__(self, q: Array) -> None:
-        self.q = np.array(q)
-        self.qd: Array = np.zeros(len(self.q))
-
-    def advance(self, dt: float) -> None:
-        """Stay for dt [s]."""
+        here = np.array(q)
+        super().__init__(lambda t: here)

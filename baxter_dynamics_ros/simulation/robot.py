@@ -14,6 +14,7 @@ from .plant import TORQUE_LIMIT
 from .poses import Poses
 from .poses import Still
 from .sensors import Sensors
+from .trajectories import Along
 from .trajectories import Reference
 from ..core.arrays import Array
 from ..core.effort import EffortModel
@@ -93,7 +94,7 @@ class FakeBaxter:
             raise ArgumentError('truth', 'says what spring and friction there are: leave the '
                                 'arguments spring and friction out')
         self.plant = Plant(side, description, truth, payload, gravity)
-        self.reference: Reference | Excitation | Poses | Still = _reference(side, trajectory)
+        self.reference: Reference | Along = _reference(side, trajectory)
         self.plant.place(self.reference.q)
         standing = self.plant.static_torque()
         self._controller = DoubleLoop(standing - self.plant.holding_torque())
@@ -217,7 +218,7 @@ class FakeBaxter:
         return bool((np.abs(self.plant.qd) > RUNAWAY).any())
 
 
-def _reference(side: str, trajectory: str) -> Reference | Excitation | Poses:
+def _reference(side: str, trajectory: str) -> Reference | Along:
     """Return the joint references along a trajectory."""
     if trajectory == 'exciting':
         return Excitation(side)

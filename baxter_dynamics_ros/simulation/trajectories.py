@@ -1,6 +1,7 @@
 """The paper's reference trajectories of the hand, and the joint references of eq. (15)."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,16 @@ MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 _GUESS = np.array([0.3, -0.6, 0.0, 1.4, 0.0, 0.77, 0.0])
 
 
+def mirror(side: str) -> Array:
+    """Return what makes the right arm's angles those of an arm (7,)."""
+    return MIRROR if side == 'left' else np.ones(len(MIRROR))
+
+
+def least_jerk(s: Any) -> Any:
+    """Return how far the move of least jerk has come, 0 to 1, after the part s of its time."""
+    return s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+
+
 def circle(t: float) -> Array:
     """
     Return the hand's position at t, trajectory 3(a) of the paper (caption of fig. 5).
@@ -43,7 +54,7 @@ def switch(t: float) -> Array:
     """
     count, rest = divmod(t, _SWITCH_PERIOD)
     s = max(0.0, 1.0 - (_SWITCH_PERIOD - rest) / _SWITCH_TIME)  # of the move, 0 to 1
-    moved = s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
+    moved = least_jerk(s)
     return np.array([0.6, -0.1 - 0.2 * (1.0 - moved if count % 2 else moved), 0.1])
 
 
@@ -65,6 +76,36 @@ TRAJECTORIES: dict[str, Callable[[float], Array]] = {
     'circle': circle, 'switch': switch, 'lift': lift, 'hold': hold}
 # After so long each is where it was, and begins again [s].
 PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi}
+
+
+class Along:
+    """
+    Joint references along a motion of the joints; its interface is :class:`Reference`'s.
+
+    Parameters
+    ----------
+    motion : callable
+        Joint angles (7,) [rad] at a time [s].
+
+    Attributes
+    ----------
+    q, qd : ndarray (7,)
+        The reference now [rad, rad/s].
+
+    """
+
+    def __init__(self, motion: Callable[[float], Array]) -> None:
+        self._motion = motion
+        self._t = 0.0
+        self.q = motion(0.0)
+        self.qd: Array = np.zeros(len(self.q))
+
+    def advance(self, dt: float) -> None:
+        """Go on by dt [s]; qd is the mean velocity on the way."""
+        self._t += dt
+        q = self._motion(self._t)
+        self.qd = (q - self.q) / dt
+        self.q = q
 
 
 class Reference:
@@ -93,7 +134,7 @@ class Reference:
         self._position = TRAJECTORIES[trajectory]
         self._mirror = np.array([1.0, -1.0 if side == 'left' else 1.0, 1.0])
         self._t = 0.0
-        self.q = _GUESS * (MIRROR if side == 'left' else 1.0)
+        self.q = _GUESS * mirror(side)
         for _ in range(100):  # the first posture, by the same method from the guess
             self.q = self.q + 0.5 * self._inverse(np.zeros(3), 1.0)[0]
         self._posture = self.q
