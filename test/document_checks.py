@@ -22,6 +22,7 @@ def check(block):
 
 def _parameters(read):
     """See that YAML is a parameter file, or a part of one, for the predictor."""
+    from baxter_dynamics_ros.offline.parameter_file import flat
     from baxter_dynamics_ros.signals.arms import per_arm
     while isinstance(read, dict) and len(read) == 1 and not isinstance(
             next(iter(read.values())), (str, float, int, list)):
@@ -31,12 +32,4 @@ def _parameters(read):
         read = inner
     if not isinstance(read, dict):
         raise Failure('no parameters')
-    per_arm(dict(_flat(read)))
-
-
-def _flat(values, prefix=''):
-    for name, value in values.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f'{prefix}{name}.')
-        else:
-            yield prefix + name, value
+    per_arm(dict(flat(read)))

@@ -119,15 +119,16 @@ def _settings(content: object) -> dict[str, Any]:
             name = str(node).rstrip('/').rpartition('/')[2]
             parameters = entry.get('ros__parameters') if isinstance(entry, dict) else None
             if (node in _WILDCARDS or name == NODE) and isinstance(parameters, dict):
-                values.update(_flat(parameters))
+                values.update(flat(parameters))
     return {name: value for name, value in values.items()
             if name != 'use_sim_time' and not name.startswith('qos_overrides.')}
 
 
-def _flat(tree: dict[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
+def flat(tree: dict[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
+    """Yield dotted name and value of nested parameters."""
     for name, value in tree.items():
         if isinstance(value, dict):
-            yield from _flat(value, f'{prefix}{name}.')
+            yield from flat(value, f'{prefix}{name}.')
         else:
             yield f'{prefix}{name}', value
 

@@ -11,6 +11,8 @@ from baxter_dynamics_ros.core.lagrange_euler import transform
 from baxter_dynamics_ros.core.parameters import ArmParameters
 from baxter_dynamics_ros.simulation.trajectories import PERIODS
 from baxter_dynamics_ros.simulation.trajectories import Reference
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from measured.model import Manufacturer
 from measured.model import SIDE
 from measured.model import variant
@@ -82,12 +84,8 @@ def torque_as_printed(path: Path) -> None:
     for axis, joint in zip(axes.flat, shown):
         for (label, tau), style in zip(lines.items(), _STYLES.values()):
             axis.plot(time, tau[:, JOINTS.index(joint)], label=label, **style)
-        axis.set_title(joint, loc='left', fontweight='bold')
-        axis.set_ylabel('τ [N m]')
-    for axis in axes[-1]:
-        axis.set_xlabel('time [s]')
-    legend(figure, axes[0, 0])
-    write(figure, path)
+        _name(axis, joint, 'τ [N m]')
+    _finish(figure, axes, path)
 
 
 @styled
@@ -104,8 +102,16 @@ def inertia_as_printed(path: Path) -> None:
             error = arm.inverse_dynamics(*motion) - true
             axis.plot(time, error[:, JOINTS.index(joint)], color=color, linewidth=1.6,
                       label=label)
-        axis.set_title(joint, loc='left', fontweight='bold')
-        axis.set_ylabel('error of τ [N m]')
+        _name(axis, joint, 'error of τ [N m]')
+    _finish(figure, axes, path)
+
+
+def _name(axis: Axes, joint: str, quantity: str) -> None:
+    axis.set_title(joint, loc='left', fontweight='bold')
+    axis.set_ylabel(quantity)
+
+
+def _finish(figure: Figure, axes: np.ndarray, path: Path) -> None:
     for axis in axes[-1]:
         axis.set_xlabel('time [s]')
     legend(figure, axes[0, 0])
