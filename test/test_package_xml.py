@@ -213,15 +213,8 @@ def _parameters(path):
     content = yaml.safe_load(path.read_text('utf-8'))
     assert content.keys() == {'/**'}  # whatever the node's name and namespace
     assert content['/**'].keys() == {'ros__parameters'}
-    return dict(_flat(content['/**']['ros__parameters']))
-
-
-def _flat(tree, prefix=''):
-    for name, value in tree.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f'{prefix}{name}.')
-        else:
-            yield prefix + name, value
+    from baxter_dynamics_ros.offline.parameter_file import flat
+    return dict(flat(content['/**']['ros__parameters']))
 
 
 def _type(value):
