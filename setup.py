@@ -3,8 +3,7 @@
 from glob import glob
 from pathlib import Path
 
-from setuptools import find_packages
-from setuptools import setup
+from setuptools import find_packages, setup
 
 package_name = 'baxter_dynamics_ros'
 

@@ -1,15 +1,10 @@
 """Lagrange-Euler dynamics of the Baxter robot's arms, and a live torque predictor for ROS 2."""
 
-from .core.arm import BaxterArm
-from .core.effort import EffortModel
-from .core.exceptions import ArgumentError
-from .core.exceptions import BaxterDynamicsError
-from .core.joints import joint_names
-from .core.joints import JOINTS
-from .core.joints import mount
-from .core.parameters import ArmParameters
-from .core.parameters import link_parameters
-from .core.parameters import Payload
+from .model.arm import BaxterArm
+from .model.effort import EffortModel
+from .model.exceptions import ArgumentError, BaxterDynamicsError
+from .model.joints import joint_names, JOINTS, mount
+from .model.parameters import ArmParameters, link_parameters, Payload
 
 __version__ = '0.1.0'
 

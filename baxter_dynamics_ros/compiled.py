@@ -8,15 +8,14 @@ takes seconds, and kept on disk, so that the next process loads it in a fraction
 from collections.abc import Callable
 from importlib import util
 import sys
-from types import FunctionType
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import TypeVar
 
 import numba
 import numpy as np
 
-from .core import _closed_form
-from .core.arrays import Array
+from .model import _closed_form
+from .model.arrays import Array
 
 _F = TypeVar('_F')
 _BLOCK = 1024  # states computed at a time
@@ -83,7 +82,7 @@ MODULE = _compile()  # the generated functions, compiled
 
 
 def bind(name: str, size: int, constants: tuple[float, ...]) -> Callable[..., Array]:
-    """Return what calls a compiled function, as ``core.closed_form.bind`` does."""
+    """Return what calls a compiled function, as ``model.closed_form.bind`` does."""
     row, rows = getattr(MODULE, f'{name}_row'), getattr(MODULE, f'{name}_rows')
     numbers = np.array(constants)
 

@@ -2,19 +2,17 @@
 The recursive Newton-Euler method on the same parameters, computed by Pinocchio.
 
 The paper compares its closed form with this method. It shares no dynamics code with
-:mod:`baxter_dynamics_ros.core`: only Tables II to IV, the corrected theta_2 and the payload's
+:mod:`baxter_dynamics_ros.model`: only Tables II to IV, the corrected theta_2 and the payload's
 numbers come from there. This is the one module that imports Pinocchio.
 """
 
 import numpy as np
 import pinocchio as pin
 
-from .core.arm import BaxterArm
-from .core.arrays import Array
-from .core.joints import JOINTS
-from .core.joints import N_JOINTS
-from .core.parameters import ArmParameters
-from .core.parameters import Payload
+from .model.arm import BaxterArm
+from .model.arrays import Array
+from .model.joints import JOINTS, N_JOINTS
+from .model.parameters import ArmParameters, Payload
 
 
 def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,

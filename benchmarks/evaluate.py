@@ -6,17 +6,15 @@ import resource
 import tempfile
 import time
 
-from baxter_dynamics_ros.core.arm import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.offline.bags import open_bag
-from baxter_dynamics_ros.offline.evaluation import Evaluator
-from baxter_dynamics_ros.offline.writer import BagWriter
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.recordings.bags import open_bag
+from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
+from baxter_dynamics_ros.recordings.writer import BagWriter
 import numpy as np
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import Reader
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 TOPIC = '/robot/joint_states'
 NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '

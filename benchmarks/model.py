@@ -23,8 +23,7 @@ def main() -> int:
     parser.add_argument('--json', type=Path, metavar='PATH', help='write all numbers, too')
     arguments = parser.parse_args()
     os.environ.update(dict.fromkeys(ONE_THREAD, '1'))
-    from speed import comparison
-    from speed import table
+    from speed import comparison, table
     extent = comparison.QUICK if arguments.quick else comparison.Extent()
     rows = comparison.compare(extent)
     print((table.as_markdown if arguments.markdown else table.as_text)(rows, extent.batch))

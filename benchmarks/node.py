@@ -14,11 +14,10 @@ import subprocess
 import sys
 import time
 
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.ros import topics
-from baxter_dynamics_ros.ros.messages import joint_state
-from baxter_dynamics_ros.ros.messages import stamp_ns
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import SIDES
+from baxter_dynamics_ros.nodes import topics
+from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
@@ -31,9 +30,9 @@ from usage import processor_time
 SETTLE = 1.0  # [s] streamed before anything is counted
 KINDS = {
     'relay': [str(Path(__file__).with_name('relay.py'))],
-    'node': ['-m', 'baxter_dynamics_ros.ros.torque_predictor'],
-    'both': ['-m', 'baxter_dynamics_ros.ros.torque_predictor', '--ros-args', '-p', 'arm:=both'],
-    'newton': ['-m', 'baxter_dynamics_ros.ros.torque_predictor', '--ros-args', '-p',
+    'node': ['-m', 'baxter_dynamics_ros.nodes.torque_predictor'],
+    'both': ['-m', 'baxter_dynamics_ros.nodes.torque_predictor', '--ros-args', '-p', 'arm:=both'],
+    'newton': ['-m', 'baxter_dynamics_ros.nodes.torque_predictor', '--ros-args', '-p',
                'method:=newton_euler'],
 }
 

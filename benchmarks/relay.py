@@ -2,8 +2,8 @@
 
 import sys
 
-from baxter_dynamics_ros.ros import topics
-from baxter_dynamics_ros.ros.process import run
+from baxter_dynamics_ros.nodes import topics
+from baxter_dynamics_ros.nodes.process import run
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions

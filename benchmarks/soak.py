@@ -12,11 +12,10 @@ import time
 from typing import NamedTuple
 
 from baxter_dynamics_ros.cli.processes import NodeProcess
-from baxter_dynamics_ros.ros import topics
-from baxter_dynamics_ros.ros.messages import joint_state
-from baxter_dynamics_ros.ros.messages import stamp_ns
-from baxter_dynamics_ros.signals.events import DROPPED
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.nodes import topics
+from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
+from baxter_dynamics_ros.estimation.events import DROPPED
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
@@ -24,8 +23,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from usage import memory
-from usage import processor_time
+from usage import memory, processor_time
 
 RATE = 1000  # [Hz]
 PERIOD = 1_000_000_000 // RATE  # [ns]

@@ -11,13 +11,11 @@ Run: python examples/base_parameters.py
 
 from dataclasses import replace
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros.core.base_parameters import NAMES
-from baxter_dynamics_ros.core.lagrange_euler import link_transform
-from baxter_dynamics_ros.core.parameters import from_pseudo_inertia
-from baxter_dynamics_ros.simulation.excitation import motion
-from baxter_dynamics_ros.simulation.excitation import series
+from baxter_dynamics_ros import BaxterArm, JOINTS
+from baxter_dynamics_ros.model.base_parameters import NAMES
+from baxter_dynamics_ros.model.lagrange_euler import link_transform
+from baxter_dynamics_ros.model.parameters import from_pseudo_inertia
+from baxter_dynamics_ros.simulation.exciting_trajectory import motion, series
 from baxter_dynamics_ros.simulation.trajectories import Reference
 import numpy as np
 

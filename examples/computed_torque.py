@@ -8,13 +8,9 @@ MuJoCo on the manufacturer's numbers, which shares nothing with the model.
 Run: python examples/computed_torque.py
 """
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.simulation.plant import default_truth
-from baxter_dynamics_ros.simulation.plant import Plant
-from baxter_dynamics_ros.simulation.plant import TIMESTEP
+from baxter_dynamics_ros import BaxterArm, JOINTS, mount
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.simulation.plant import default_truth, Plant, TIMESTEP
 from baxter_dynamics_ros.simulation.trajectories import Reference
 import numpy as np
 

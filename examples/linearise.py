@@ -8,9 +8,7 @@ of A say how the arm moves by itself; central differences of the forward dynamic
 Run: python examples/linearise.py
 """
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import BaxterArm, JOINTS, mount
 import numpy as np
 
 STEP = 1e-5  # of the central differences [rad, rad/s, N m]

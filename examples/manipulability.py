@@ -9,8 +9,7 @@ measure w = sqrt(det(J J^T)), which knows neither inertia nor gravity. J is the 
 Run: python examples/manipulability.py
 """
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.simulation.trajectories import Reference
 import numpy as np
 

@@ -10,7 +10,7 @@ Run: python examples/passivity.py
 """
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.lagrange_euler import transform
+from baxter_dynamics_ros.model.lagrange_euler import transform
 import numpy as np
 
 DURATION = 2.0  # [s]

@@ -10,8 +10,7 @@ from argparse import ArgumentParser
 from contextlib import suppress
 from time import monotonic
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros import BaxterArm, Payload
 import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException

@@ -5,14 +5,10 @@ import ctypes
 import os
 from pathlib import Path
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core import joints
-from baxter_dynamics_ros.core.closed_form import ENGINE_VARIABLE
-from baxter_dynamics_ros.core.closed_form import PYTHON
-from baxter_dynamics_ros.signals.settings import PredictorSettings
-from baxter_dynamics_ros.signals.settings import SETTINGS
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model import joints
+from baxter_dynamics_ros.model.closed_form import ENGINE_VARIABLE, PYTHON
+from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 import numpy as np
 from pinocchio_engine import PinocchioEngine
 import pytest
@@ -121,10 +117,8 @@ def make_bag(tmp_path):
     'ros1'; a name; and a compression, by rosbags' names.
     """
     pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-    from rosbags import rosbag1
-    from rosbags import rosbag2
-    from rosbags.typesys import get_typestore
-    from rosbags.typesys import Stores
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import get_typestore, Stores
 
     def make(messages, kind='mcap', name='run', compression=None):
         is_ros1 = kind == 'ros1'

@@ -9,9 +9,7 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 
-from document_setup import executables
-from document_setup import PACKAGE
-from document_setup import REPOSITORY
+from document_setup import executables, PACKAGE, REPOSITORY
 
 # Element -> the attributes that it may have.
 KNOWN = {

@@ -7,14 +7,9 @@ import shutil
 import subprocess
 
 from document_checks import check
-from document_processes import Background
-from document_processes import Failure
-from document_processes import run
-from document_rules import RULES
-from document_rules import starts
-from markdown_blocks import blocks
-from markdown_blocks import commands
-from markdown_blocks import words as words_of
+from document_processes import Background, Failure, run
+from document_rules import RULES, starts
+from markdown_blocks import blocks, commands, words as words_of
 
 NOT_RUN = ('text', 'math')  # kinds of blocks
 LOGGED = r'\[INFO\] \[[\d.]+\] \[([\w.]+)\]'  # by a node that has started

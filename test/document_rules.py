@@ -1,17 +1,13 @@
 """How each kind of command in the documents is run, or why it is not and what holds it then."""
 
 import argparse
-from contextlib import redirect_stderr
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 import os
 import re
 
 from document_processes import Failure
-from document_setup import distributions
-from document_setup import executables
-from document_setup import extras
-from document_setup import PACKAGE
+from document_setup import distributions, executables, extras, PACKAGE
 
 WORKSPACE = f'src/{PACKAGE}'  # where the README has the repository on a ROS machine
 PACKAGES = (PACKAGE, 'baxter_dynamics_interfaces')

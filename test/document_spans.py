@@ -4,14 +4,9 @@ from importlib.util import find_spec
 import re
 
 from document_processes import Failure
-from document_rules import accepted
-from document_rules import installable
-from document_rules import RULES
-from document_rules import starts
-from document_setup import executables
-from document_setup import PACKAGE
-from markdown_blocks import spans
-from markdown_blocks import words as words_of
+from document_rules import accepted, installable, RULES, starts
+from document_setup import executables, PACKAGE
+from markdown_blocks import spans, words as words_of
 
 # What stands for something else: a name in capitals, a choice, what is left out.
 _PLACEHOLDER = re.compile(r'[{}…]|(?<![\w$.:/-])[A-Z]{2,}(?![\w=])')

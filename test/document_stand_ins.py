@@ -4,7 +4,7 @@ from io import StringIO
 from pathlib import Path
 import shutil
 
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
 
 BAGS = ('my_bag', 'another_bag', 'a_third_bag')
@@ -83,8 +83,8 @@ class StandIns:
         return path
 
     def _calibration(self):
-        from baxter_dynamics_ros.offline.parameter_file import write_parameters
-        from baxter_dynamics_ros.signals.settings import PredictorSettings
+        from baxter_dynamics_ros.recordings.parameter_file import write_parameters
+        from baxter_dynamics_ros.estimation.settings import PredictorSettings
         path = self.folder / CALIBRATION
         if not path.exists():
             write_parameters(path, PredictorSettings({

@@ -2,13 +2,11 @@
 
 from typing import NamedTuple
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
-from perfect_robot import measured
-from perfect_robot import trajectory
-from perfect_robot import VELOCITY_LAG
+from perfect_robot import measured, trajectory, VELOCITY_LAG
 import pytest
 
 START = 1_700_000_000_000_000_000  # [ns]

@@ -7,11 +7,8 @@ import shutil
 import sys
 import time
 
-from document_launch import launch
-from document_launch import LaunchError
-from document_setup import executables
-from document_setup import PACKAGE
-from document_setup import REPOSITORY
+from document_launch import launch, LaunchError
+from document_setup import executables, PACKAGE, REPOSITORY
 import yaml
 
 # [s] for what has been started just now to be found
@@ -132,8 +129,7 @@ class Wire:
 
     def subscribe(self, topic, kind, callback):
         """Hear a topic by any quality of service, once it is there."""
-        from rclpy.qos import QoSProfile
-        from rclpy.qos import ReliabilityPolicy
+        from rclpy.qos import QoSProfile, ReliabilityPolicy
         (found, *_) = self.until(lambda: self.types(topic), topic)
         if kind not in (None, found):
             raise Refused(f'{topic} is {found}, not {kind}')

@@ -1,8 +1,8 @@
 """The 43 base parameters: enough, none too many, and blind to what no joint feels."""
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core import base_parameters
-from baxter_dynamics_ros.core.parameters import paper_parameters
+from baxter_dynamics_ros.model import base_parameters
+from baxter_dynamics_ros.model.parameters import paper_parameters
 import numpy as np
 import pytest
 

@@ -37,8 +37,7 @@ def benchmark(monkeypatch):
     """Return the benchmark's modules engines.engine, speed.agreement and speed.comparison."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     from engines import engine
-    from speed import agreement
-    from speed import comparison
+    from speed import agreement, comparison
     return engine, agreement, comparison
 
 

@@ -2,9 +2,8 @@
 
 import json
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import numpy as np
 import pytest
 
@@ -38,7 +37,7 @@ def test_from_a_recording_to_a_file_that_serves(command, make_bag, moving_arm, t
     assert '<html' in (tmp_path / 'my_robot.html').read_text()
     assert f'baxter_dynamics calibrate {bag}' in file.read_text()
 
-    from baxter_dynamics_ros.offline.parameter_file import read_parameters
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
     values = PredictorSettings(read_parameters(file)).values
     assert values['arm'] == 'left'
     np.testing.assert_allclose(values['effort_model.coulomb'], COULOMB, atol=0.05)
@@ -67,7 +66,7 @@ def test_only_what_is_asked_for_beginning_with_a_file(command, make_bag, moving_
     code, _, err = command('calibrate', make_bag(both), '--params', start, '--output', file,
                            '--only', 'bias')
     assert (code, err) == (0, '')
-    from baxter_dynamics_ros.offline.parameter_file import read_parameters
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
     values = read_parameters(file)
     assert set(values) == {'arm', 'effort_model.coulomb', 'effort_model.bias'}
     assert values['arm'] == 'right' and values['effort_model.coulomb'] == COULOMB
@@ -146,5 +145,5 @@ def test_a_name_of_any_kind_does_not_break_the_file(command, make_bag, moving_ar
     file = tmp_path / 'robot.yaml'
     code, _, err = command('calibrate', bag, '--only', 'bias', '--output', file)
     assert (code, err) == (0, '')
-    from baxter_dynamics_ros.offline.parameter_file import read_parameters
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
     assert set(read_parameters(file)) == {'arm', 'effort_model.bias'} < set(DEFAULTS)

@@ -3,9 +3,8 @@
 import csv
 import json
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
@@ -189,7 +188,7 @@ def test_the_new_bags_topics_are_those_of_the_node():
     pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
     pytest.importorskip('rich', reason='needs rich: pip install ".[offline]"')
     from baxter_dynamics_ros.cli import evaluate
-    from baxter_dynamics_ros.ros import topics
+    from baxter_dynamics_ros.nodes import topics
     from rclpy.expand_topic_name import expand_topic_name
     for ours, nodes in ((evaluate.PREDICTED_EFFORT, topics.PREDICTED_EFFORT),
                         (evaluate.EFFORT_RESIDUAL, topics.EFFORT_RESIDUAL)):

@@ -4,9 +4,7 @@ import os
 import subprocess
 import sys
 
-from baxter_dynamics_ros import __version__
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros import __version__, BaxterArm, Payload
 import numpy as np
 import pytest
 
@@ -14,8 +12,7 @@ pytest.importorskip('casadi', reason='needs CasADi: pip install casadi')
 
 from baxter_dynamics_ros.cli import main  # noqa: E402, I100
 from baxter_dynamics_ros.export.base_table import base_table  # noqa: E402
-from baxter_dynamics_ros.export.functions import DEFAULT_SYMBOLS  # noqa: E402
-from baxter_dynamics_ros.export.functions import SYMBOLS  # noqa: E402
+from baxter_dynamics_ros.export.functions import DEFAULT_SYMBOLS, SYMBOLS  # noqa: E402
 
 FILES = {
     'c': ['baxter_dynamics.c', 'baxter_dynamics.h', 'example.c'],

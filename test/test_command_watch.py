@@ -2,27 +2,17 @@
 
 import re
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import numpy as np
 import pytest
 
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 
 from baxter_dynamics_ros.cli import watch_words  # noqa: E402, I100
-from baxter_dynamics_ros.cli.watch_bars import ASCII  # noqa: E402
-from baxter_dynamics_ros.cli.watch_bars import bar  # noqa: E402
-from baxter_dynamics_ros.cli.watch_bars import BLOCKS  # noqa: E402
-from baxter_dynamics_ros.cli.watch_bars import glyphs  # noqa: E402
-from baxter_dynamics_ros.cli.watch_bars import sparkline  # noqa: E402
-from baxter_dynamics_ros.cli.watch_data import BIN  # noqa: E402
-from baxter_dynamics_ros.cli.watch_data import Status  # noqa: E402
-from baxter_dynamics_ros.cli.watch_data import Trace  # noqa: E402
-from baxter_dynamics_ros.cli.watch_data import Watched  # noqa: E402
+from baxter_dynamics_ros.cli.watch_bars import ASCII, bar, BLOCKS, glyphs, sparkline  # noqa: E402
+from baxter_dynamics_ros.cli.watch_data import BIN, Status, Trace, Watched  # noqa: E402
 from baxter_dynamics_ros.cli.watch_terminal import save_picture  # noqa: E402
-from baxter_dynamics_ros.cli.watch_view import Canvas  # noqa: E402
-from baxter_dynamics_ros.cli.watch_view import STATUSES  # noqa: E402
-from baxter_dynamics_ros.cli.watch_view import view  # noqa: E402
+from baxter_dynamics_ros.cli.watch_view import Canvas, STATUSES, view  # noqa: E402
 
 BEHIND = 59_000_000  # [ns]
 PREDICTED = np.array([1.0, -20.0, 3.0, -8.0, 0.5, -0.6, 0.07])  # [N m]

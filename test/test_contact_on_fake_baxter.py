@@ -4,9 +4,9 @@ from functools import lru_cache
 from pathlib import Path
 import sys
 
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

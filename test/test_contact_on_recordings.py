@@ -4,7 +4,7 @@ from functools import lru_cache
 from pathlib import Path
 import sys
 
-from baxter_dynamics_ros.core.effort import EffortModel
+from baxter_dynamics_ros.model.effort import EffortModel
 import numpy as np
 import pytest
 

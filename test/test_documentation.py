@@ -4,11 +4,10 @@ import ast
 from pathlib import Path
 import re
 
-from baxter_dynamics_ros.core import paper_tables
-from baxter_dynamics_ros.signals.arms import BOTH
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.events import REMEDIES
-from baxter_dynamics_ros.signals.settings import SETTINGS
+from baxter_dynamics_ros.model import paper_tables
+from baxter_dynamics_ros.estimation.arms import BOTH
+from baxter_dynamics_ros.estimation.events import Event, REMEDIES
+from baxter_dynamics_ros.estimation.settings import SETTINGS
 import numpy as np
 import pytest
 
@@ -61,7 +60,7 @@ def test_each_event_is_documented(event):
 
 def test_each_message_of_the_diagnostics_is_explained():
     diagnostics = pytest.importorskip(
-        'baxter_dynamics_ros.ros.diagnostics', reason='needs ROS 2')
+        'baxter_dynamics_ros.nodes.diagnostics', reason='needs ROS 2')
     explained = rows(NODE.split('## Diagnostics')[1])
     for message in (*diagnostics.SAYS.values(), *REMEDIES.values()):
         message = re.sub(r'^; ', '…; ', re.sub(r'\{[^}]*\}', '…', message))
@@ -79,7 +78,7 @@ def test_no_parameter_or_event_is_documented_that_is_not_there():
 
 
 def test_readme_names_every_topic_and_service():
-    topics = pytest.importorskip('baxter_dynamics_ros.ros.topics', reason='needs ROS 2')
+    topics = pytest.importorskip('baxter_dynamics_ros.nodes.topics', reason='needs ROS 2')
     for name in (topics.JOINT_STATES, topics.DIAGNOSTICS, topics.RESET, *map(topics.below_node, (
             topics.PREDICTED_EFFORT, topics.EFFORT_RESIDUAL, topics.EXTERNAL_EFFORT,
             topics.EXTERNAL_WRENCH, topics.CONTACT, topics.GRAVITY_TORQUES,

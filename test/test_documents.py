@@ -9,18 +9,11 @@ for module in ('markdown_it', 'rclpy', 'baxter_dynamics_interfaces.srv', 'mujoco
                'rosbags', 'scipy', 'matplotlib', 'jinja2', 'rich', 'casadi'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[test]"')
 
-from document_checkout import checkout  # noqa: E402, I100
-from document_checkout import launchers  # noqa: E402
+from document_checkout import checkout, launchers  # noqa: E402, I100
 from document_page import Page  # noqa: E402
 from document_spans import wrong  # noqa: E402
 from document_stand_ins import StandIns  # noqa: E402
-from markdown_blocks import anchors  # noqa: E402
-from markdown_blocks import blocks  # noqa: E402
-from markdown_blocks import commands  # noqa: E402
-from markdown_blocks import faults  # noqa: E402
-from markdown_blocks import INDENTED  # noqa: E402
-from markdown_blocks import links  # noqa: E402
-from markdown_blocks import words  # noqa: E402
+from markdown_blocks import anchors, blocks, commands, faults, INDENTED, links, words  # noqa: E402
 
 PAGES = sorted(str(path.relative_to(REPOSITORY)) for pattern in (
     '*.md', 'docs/**/*.md', 'examples/**/*.md', 'benchmarks/**/*.md')

@@ -9,8 +9,7 @@ for module in ('rclpy', 'mujoco', 'markdown_it', 'yaml'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[demo]"')
 
 from document_checkout import launchers  # noqa: E402, I100
-from document_launch import LaunchError  # noqa: E402
-from document_launch import nodes  # noqa: E402
+from document_launch import LaunchError, nodes  # noqa: E402
 from document_page import Page  # noqa: E402
 from document_stand_ins import StandIns  # noqa: E402
 

@@ -1,9 +1,8 @@
 """From torque to effort: signs, the spring at s1, friction, and real recordings."""
 
-from baxter_dynamics_ros import ArgumentError
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import S1
+from baxter_dynamics_ros import ArgumentError, BaxterArm
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import S1
 import numpy as np
 import pytest
 

@@ -7,9 +7,7 @@ import re
 import subprocess
 import sys
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros import mount
+from baxter_dynamics_ros import BaxterArm, JOINTS, mount
 from baxter_dynamics_ros.simulation.trajectories import Reference
 import numpy as np
 import pytest
@@ -83,7 +81,7 @@ def test_an_example_is_short_and_stands_on_what_is_public(path):
                 top, *rest = name.split('.')
                 assert top in sys.stdlib_module_names | {'numpy', 'baxter_dynamics_ros'} | (
                     set() if path in NUMERICAL else ROS_IMPORTS)
-                assert top != 'baxter_dynamics_ros' or rest[:1] in ([], ['core'], ['simulation'])
+                assert top != 'baxter_dynamics_ros' or rest[:1] in ([], ['model'], ['simulation'])
 
 
 @pytest.mark.parametrize('name', ROS)

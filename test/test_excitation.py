@@ -2,30 +2,22 @@
 
 import csv
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import POSITION_LOWER
-from baxter_dynamics_ros.core.joints import POSITION_UPPER
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.core.joints import VELOCITY_LIMIT
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
+                                              VELOCITY_LIMIT)
 import numpy as np
 import pytest
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation import excitation_search  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.excitation import DURATION  # noqa: E402
-from baxter_dynamics_ros.simulation.excitation import Excitation  # noqa: E402
-from baxter_dynamics_ros.simulation.excitation import motion  # noqa: E402
-from baxter_dynamics_ros.simulation.excitation import series  # noqa: E402
+from baxter_dynamics_ros.simulation.exciting_trajectory import (DURATION, Excitation, motion,  # noqa: E402
+                                                                series)
 from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import MIRROR  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import Reference  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import MIRROR, Reference  # noqa: E402
 
 STEP = 0.01  # [s]
 TIME = np.arange(0.0, DURATION + STEP / 2, STEP)

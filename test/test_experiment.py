@@ -3,8 +3,8 @@
 import csv
 import json
 
-from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 
@@ -13,13 +13,11 @@ for module in ('mujoco', 'pinocchio', 'matplotlib', 'jinja2'):
 rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags: pip install ".[demo]"')
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 
-from baxter_dynamics_ros.cli import experiment  # noqa: E402, I100
-from baxter_dynamics_ros.cli import plan  # noqa: E402
-from baxter_dynamics_ros.simulation.recording import record  # noqa: E402
+from baxter_dynamics_ros.cli import experiment, plan  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
-from rosbags.typesys import get_typestore  # noqa: E402
-from rosbags.typesys import Stores  # noqa: E402
+from rosbags.typesys import get_typestore, Stores  # noqa: E402
 
 
 def read(bag):

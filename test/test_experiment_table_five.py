@@ -13,11 +13,10 @@ for module in ('mujoco', 'rosbags', 'pinocchio', 'matplotlib', 'jinja2', 'rich')
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[demo]"')
 
 from baxter_dynamics_ros.cli import experiment  # noqa: E402, I100
-from baxter_dynamics_ros.core.paper_tables import TABLE_V  # noqa: E402
-from baxter_dynamics_ros.core.paper_tables import TABLE_V_SUM  # noqa: E402
-from baxter_dynamics_ros.offline.evaluation import Evaluator  # noqa: E402
+from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM  # noqa: E402
+from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
 from baxter_dynamics_ros.simulation.plant import COULOMB  # noqa: E402
-from baxter_dynamics_ros.simulation.recording import record  # noqa: E402
+from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 
 FLOOR = 0.03  # [N m] some of the paper's figures are less than the sensors' noise lets one ask for

@@ -1,22 +1,17 @@
 """The fake Baxter behaves as the real one was measured to."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import POSITION_LOWER
-from baxter_dynamics_ros.core.joints import POSITION_UPPER
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.joints import joint_names, POSITION_LOWER, POSITION_UPPER
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 mujoco = pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.plant import Plant  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES  # noqa: E402
+from baxter_dynamics_ros.simulation.robot import FakeBaxter, JOINT_STATE_NAMES  # noqa: E402
 from baxter_dynamics_ros.simulation.sensors import Sensors  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import circle  # noqa: E402
 

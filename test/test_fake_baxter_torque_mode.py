@@ -1,18 +1,16 @@
 """The fake Baxter obeys torque commands and nothing else, and holds itself when they stop."""
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.core.effort import EffortModel  # noqa: E402, I100
+from baxter_dynamics_ros.model.effort import EffortModel  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.plant import TORQUE_LIMIT  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import COMMAND_TIMEOUT  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES  # noqa: E402
+from baxter_dynamics_ros.simulation.robot import (COMMAND_TIMEOUT, FakeBaxter, JOINT_STATE_NAMES)  # noqa: E402
 
 STEP = 0.001  # [s], of the robot's time
 ORDER = [JOINT_STATE_NAMES.index(name) for name in joint_names('right')]

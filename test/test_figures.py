@@ -5,8 +5,7 @@ from pathlib import Path
 import re
 import xml.etree.ElementTree as ET
 
-from baxter_dynamics_ros.core.paper_tables import TABLE_V
-from baxter_dynamics_ros.core.paper_tables import TABLE_V_SUM
+from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]

@@ -7,12 +7,10 @@ Every run is the same. With BAXTER_DYNAMICS_FUZZ=3000 it tries 3000 sequences, o
 from collections import Counter
 import os
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.signals.arms import named_settings
-from baxter_dynamics_ros.signals.events import DROPPED
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.settings import SETTINGS
+from baxter_dynamics_ros.model.joints import joint_names, SIDES
+from baxter_dynamics_ros.estimation.arms import named_settings
+from baxter_dynamics_ros.estimation.events import DROPPED, Event
+from baxter_dynamics_ros.estimation.settings import SETTINGS
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
 import pytest
@@ -22,12 +20,10 @@ srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
                           reason='needs pip install ./baxter_dynamics_interfaces')
 pytest.importorskip('hypothesis', reason='draws the sequences: pip install hypothesis')
 
-from baxter_dynamics_ros.ros.messages import joint_state  # noqa: E402, I100
-from baxter_dynamics_ros.ros.parameters import Parameters  # noqa: E402
-from baxter_dynamics_ros.ros.services import Answers  # noqa: E402
-from hypothesis import settings as profile  # noqa: E402
-from hypothesis import stateful  # noqa: E402
-from hypothesis import strategies as st  # noqa: E402
+from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402, I100
+from baxter_dynamics_ros.nodes.ros_parameters import Parameters  # noqa: E402
+from baxter_dynamics_ros.nodes.services import Answers  # noqa: E402
+from hypothesis import settings as profile, stateful, strategies as st  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')

@@ -2,13 +2,11 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.hand import HandKinematics
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.core.parameters import INERTIA_AT_ORIGIN
-from baxter_dynamics_ros.core.parameters import paper_parameters
+from baxter_dynamics_ros import BaxterArm, mount
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.hand import HandKinematics
+from baxter_dynamics_ros.model.joints import SIDES
+from baxter_dynamics_ros.model.parameters import INERTIA_AT_ORIGIN, paper_parameters
 import numpy as np
 import pytest
 

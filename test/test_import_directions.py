@@ -13,18 +13,18 @@ from rooms import rooms
 PACKAGE = Path(baxter_dynamics_ros.__file__).resolve().parent
 NAME = PACKAGE.name
 
-# The rule is the table in docs/architecture.md. The root's __init__ hands out the core.
-MAY_IMPORT = {'__init__': {'core'}, **{
+# The rule is the table in docs/architecture.md. The root's __init__ re-exports the model.
+MAY_IMPORT = {'__init__': {'model'}, **{
     name: {name, *room.imports} for name, room in rooms().items()}}
 # ... and inside a function only, so that the import waits until someone asks for it.
 MAY_IMPORT_LATE = {name: set(room.late) for name, room in rooms().items()}
 
 # Parts that import nothing but themselves, NumPy and the standard library.
-NUMPY_ALONE = {'__init__', 'core', 'signals'}
+NUMPY_ALONE = {'__init__', 'model', 'estimation'}
 # What is confined -> the parts it is confined to.
 CONFINED = {
     **{library: {name} for name, room in rooms().items() for library in room.libraries},
-    'rclpy': {'ros', 'cli'},
+    'rclpy': {'nodes', 'cli'},
     'matplotlib': {'report', 'cli'},
 }
 
@@ -32,12 +32,12 @@ FILES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob('*.py'))
 
 
 def test_the_files_are_found():
-    assert Path('core', 'arm.py') in FILES
+    assert Path('model', 'arm.py') in FILES
 
 
 def test_the_documented_rooms_are_those_there_are():
     assert MAY_IMPORT.keys() == {_part(file) for file in FILES}
-    assert list(rooms())[0] == 'core' and 'pinocchio' in CONFINED
+    assert list(rooms())[0] == 'model' and 'pinocchio' in CONFINED
 
 
 def test_a_room_may_import_what_is_documented_and_does():
@@ -63,7 +63,7 @@ def test_imports_within_the_package(file):
         if module[0] != NAME:
             continue
         allowed = MAY_IMPORT[part] | (MAY_IMPORT_LATE.get(part, set()) if late else set())
-        imported = module[1] if len(module) > 1 else 'core'
+        imported = module[1] if len(module) > 1 else 'model'
         assert imported in allowed, f'{file} imports {".".join(module)}'
 
 

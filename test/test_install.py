@@ -7,8 +7,7 @@ import shutil
 import subprocess
 import sys
 
-from baxter_dynamics_ros import __version__
-from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import __version__, BaxterArm
 import numpy as np
 import pytest
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import re
 import xml.etree.ElementTree as ET
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -37,7 +36,7 @@ def rviz():
 
 @pytest.fixture(scope='module')
 def published():
-    """Return the topics that the node publishes or reads, as ros/topics.py names them."""
+    """Return the topics that the node publishes or reads, as nodes/topics.py names them."""
     names = _constants()
     return {names['JOINT_STATES'], names['DIAGNOSTICS'], *(NODE + names[key] for key in (
         'PREDICTED_EFFORT', 'EFFORT_RESIDUAL', 'EXTERNAL_EFFORT', 'EXTERNAL_WRENCH', 'CONTACT'))}
@@ -124,7 +123,7 @@ def _topic(name, topics):
 
 
 def _constants():
-    """Return the strings in ros/topics.py, without importing ROS."""
-    tree = ast.parse((REPOSITORY / 'baxter_dynamics_ros' / 'ros' / 'topics.py').read_text('utf-8'))
+    """Return the strings in nodes/topics.py, without importing ROS."""
+    tree = ast.parse((REPOSITORY / 'baxter_dynamics_ros' / 'nodes' / 'topics.py').read_text('utf-8'))
     return {node.targets[0].id: node.value.value for node in tree.body
             if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)}

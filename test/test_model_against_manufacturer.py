@@ -1,15 +1,9 @@
 """The model, and the paper's equations as printed, against the manufacturer's description."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.core import joints
-from baxter_dynamics_ros.core import lagrange_euler
-from baxter_dynamics_ros.core import paper_tables
-from baxter_dynamics_ros.core.parameters import CORRECTIONS
-from baxter_dynamics_ros.core.parameters import paper_parameters
-from baxter_dynamics_ros.core.parameters import THETA_2_OFFSET
-from baxter_dynamics_ros.simulation.description import arm_description
-from baxter_dynamics_ros.simulation.description import DescriptionError
+from baxter_dynamics_ros import BaxterArm, mount
+from baxter_dynamics_ros.model import joints, lagrange_euler, paper_tables
+from baxter_dynamics_ros.model.parameters import CORRECTIONS, paper_parameters, THETA_2_OFFSET
+from baxter_dynamics_ros.simulation.description import arm_description, DescriptionError
 import numpy as np
 import pytest
 

@@ -1,6 +1,6 @@
 """The model against MuJoCo, which shares neither code nor formulation with Pinocchio."""
 
-from baxter_dynamics_ros.core import paper_tables
+from baxter_dynamics_ros.model import paper_tables
 import numpy as np
 import pytest
 

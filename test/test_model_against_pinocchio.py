@@ -1,7 +1,7 @@
 """The model against Pinocchio, which has the same numbers and none of the code."""
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core import paper_tables
+from baxter_dynamics_ros.model import paper_tables
 import numpy as np
 import pytest
 

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core import lagrange_euler
+from baxter_dynamics_ros.model import lagrange_euler
 import numpy as np
 import pytest
 

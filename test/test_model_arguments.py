@@ -2,11 +2,7 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros import ArgumentError
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import BaxterDynamicsError
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros import ArgumentError, BaxterArm, BaxterDynamicsError, mount, Payload
 import numpy as np
 import pytest
 

@@ -1,9 +1,7 @@
 """Laws that any correct arm obeys, whatever its numbers and whoever computes them."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core import lagrange_euler
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model import lagrange_euler
 import numpy as np
 import pytest
 

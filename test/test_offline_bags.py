@@ -2,12 +2,12 @@
 
 import sqlite3
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.offline.bags import open_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
 
 TOPIC = '/robot/joint_states'
 START = 1_700_000_000_123_456_789  # [ns]
@@ -80,8 +80,7 @@ def test_content_is_not_judged(make_bag, kind):
 
 
 def test_topics_of_ros1_have_several_publishers(make_bag, tmp_path):
-    from rosbags.rosbag1 import Reader
-    from rosbags.rosbag1 import Writer
+    from rosbags.rosbag1 import Reader, Writer
     arms, grippers = states(30), states(10, GRIPPER, start=START + 1)
     messages = sorted(arms + grippers, key=lambda message: message[1])
     with Reader(make_bag(messages, 'ros1', 'one')) as reader, Writer(tmp_path / 'two.bag') as two:

@@ -2,26 +2,19 @@
 
 import sqlite3
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.offline.bags import open_bag  # noqa: E402, I100
-from baxter_dynamics_ros.offline.writer import BagWriter  # noqa: E402
+from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.writer import BagWriter  # noqa: E402
 from rosbags.highlevel import AnyReader  # noqa: E402
-from rosbags.interfaces import Qos  # noqa: E402
-from rosbags.interfaces import QosDurability  # noqa: E402
-from rosbags.interfaces import QosHistory  # noqa: E402
-from rosbags.interfaces import QosLiveliness  # noqa: E402
-from rosbags.interfaces import QosReliability  # noqa: E402
-from rosbags.interfaces import QosTime  # noqa: E402
+from rosbags.interfaces import (Qos, QosDurability, QosHistory, QosLiveliness, QosReliability,  # noqa: E402
+                                QosTime)
 from rosbags.rosbag1 import Writer as Ros1Writer  # noqa: E402
-from rosbags.rosbag2 import StoragePlugin  # noqa: E402
-from rosbags.rosbag2 import Writer as Ros2Writer  # noqa: E402
-from rosbags.typesys import get_types_from_msg  # noqa: E402
-from rosbags.typesys import get_typestore  # noqa: E402
-from rosbags.typesys import Stores  # noqa: E402
+from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer  # noqa: E402
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 START = 1_700_000_000_123_456_789  # [ns]

@@ -1,19 +1,17 @@
 """Judging recordings: sums that run along, bands that lose no peak, and the node's own numbers."""
 
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.offline.bands import INTERVALS
-from baxter_dynamics_ros.offline.bands import RunningBands
-from baxter_dynamics_ros.offline.playback import play
-from baxter_dynamics_ros.offline.running import RunningErrors
-from baxter_dynamics_ros.offline.running import RunningSquares
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.recordings.bands import INTERVALS, RunningBands
+from baxter_dynamics_ros.recordings.playback import play
+from baxter_dynamics_ros.recordings.running import RunningErrors, RunningSquares
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 pytest.importorskip('pinocchio', reason='the comparison needs Pinocchio: pip install pin')
 from baxter_dynamics_ros.newton_euler import NewtonEuler  # noqa: E402, I100
-from baxter_dynamics_ros.offline.evaluation import Evaluator  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402, I100
 
 START = 10 ** 18  # [ns]
 CALIBRATED = {'effort_model.coulomb': [0.3] * 7, 'effort_model.dahl': [0.2] * 7,

@@ -2,15 +2,14 @@
 
 import re
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.offline.diagnosis import BagError  # noqa: E402, I100
-from baxter_dynamics_ros.offline.recordings import open_recordings  # noqa: E402
-from baxter_dynamics_ros.offline.writer import BagWriter  # noqa: E402
+from baxter_dynamics_ros.recordings.diagnosis import BagError  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402
+from baxter_dynamics_ros.recordings.writer import BagWriter  # noqa: E402
 
 RIGHT, LEFT = joint_names('right'), joint_names('left')
 

@@ -3,14 +3,14 @@
 from pathlib import Path
 import resource
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.offline.bags import open_bag  # noqa: E402, I100
-from baxter_dynamics_ros.offline.diagnosis import BagError  # noqa: E402
-from baxter_dynamics_ros.offline.writer import BagWriter  # noqa: E402
+from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.diagnosis import BagError  # noqa: E402
+from baxter_dynamics_ros.recordings.writer import BagWriter  # noqa: E402
 from rosbags.highlevel import AnyReader  # noqa: E402
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'

@@ -7,12 +7,9 @@ import sys
 import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.signals.arms import BOTH
-from baxter_dynamics_ros.signals.arms import named_settings
-from baxter_dynamics_ros.signals.arms import per_arm
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import SIDES
+from baxter_dynamics_ros.estimation.arms import BOTH, named_settings, per_arm
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import pytest
 
 NAME = 'baxter_dynamics_ros'
@@ -213,7 +210,7 @@ def _parameters(path):
     content = yaml.safe_load(path.read_text('utf-8'))
     assert content.keys() == {'/**'}  # whatever the node's name and namespace
     assert content['/**'].keys() == {'ros__parameters'}
-    from baxter_dynamics_ros.offline.parameter_file import flat
+    from baxter_dynamics_ros.recordings.parameter_file import flat
     return dict(flat(content['/**']['ros__parameters']))
 
 

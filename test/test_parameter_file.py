@@ -5,16 +5,14 @@ import re
 import resource
 import stat
 
-from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import pytest
 
 yaml = pytest.importorskip('yaml', reason='parameter files need PyYAML: pip install pyyaml')
 
-from baxter_dynamics_ros.offline.parameter_file import ParameterFileError  # noqa: E402, I100
-from baxter_dynamics_ros.offline.parameter_file import read_parameters  # noqa: E402
-from baxter_dynamics_ros.offline.parameter_file import write_parameters  # noqa: E402
+from baxter_dynamics_ros.recordings.parameter_file import (ParameterFileError, read_parameters,  # noqa: E402, I100
+                                                           write_parameters)
 
 HEAD = '/**:\n  ros__parameters:\n'
 

@@ -1,10 +1,7 @@
 """The trajectory poses: where it rests, what it keeps clear of, and from where it comes."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.joints import POSITION_LOWER
-from baxter_dynamics_ros.core.joints import POSITION_UPPER
-from baxter_dynamics_ros.core.joints import VELOCITY_LIMIT
+from baxter_dynamics_ros import BaxterArm, Payload
+from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT
 from baxter_dynamics_ros.simulation import poses
 from baxter_dynamics_ros.simulation.excitation_search import clearance
 from baxter_dynamics_ros.simulation.trajectories import MIRROR

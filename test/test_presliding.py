@@ -1,8 +1,8 @@
 """Dahl's friction: its law, its hysteresis, and its place in the stream handler."""
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.presliding import Presliding
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model.presliding import Presliding
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

@@ -5,10 +5,8 @@ import pytest
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.simulation.recording import record  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import GRIPPER_NAMES  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES  # noqa: E402
+from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.robot import (FakeBaxter, GRIPPER_NAMES, JOINT_STATE_NAMES)  # noqa: E402
 
 
 @pytest.mark.parametrize('rate', [50.0, 100.0, 1000.0])

@@ -1,11 +1,9 @@
 """The names that settings bear for one arm and for both, and what each arm gets of them."""
 
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.signals.arms import named_settings
-from baxter_dynamics_ros.signals.arms import per_arm
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.joints import SIDES
+from baxter_dynamics_ros.estimation.arms import named_settings, per_arm
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import pytest
 
 

@@ -1,6 +1,6 @@
 """The filtered derivative against its transfer function, its step response and its equation."""
 
-from baxter_dynamics_ros.signals.butterworth import ButterworthDerivative
+from baxter_dynamics_ros.estimation.butterworth import ButterworthDerivative
 import numpy as np
 import pytest
 

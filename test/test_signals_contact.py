@@ -1,9 +1,6 @@
 """The contact detector: when contact begins and ends, and what is learnt of free motion."""
 
-from baxter_dynamics_ros.signals.contact import ContactDetector
-from baxter_dynamics_ros.signals.contact import FLOOR
-from baxter_dynamics_ros.signals.contact import LIMIT
-from baxter_dynamics_ros.signals.contact import SETTLING
+from baxter_dynamics_ros.estimation.contact import ContactDetector, FLOOR, LIMIT, SETTLING
 import numpy as np
 import pytest
 

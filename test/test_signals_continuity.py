@@ -1,7 +1,7 @@
 """Which samples continue the stream, start it anew, or are dropped, to the border of each rule."""
 
-from baxter_dynamics_ros.signals.continuity import Continuity
-from baxter_dynamics_ros.signals.events import Event
+from baxter_dynamics_ros.estimation.continuity import Continuity
+from baxter_dynamics_ros.estimation.events import Event
 import numpy as np
 import pytest
 

@@ -3,7 +3,7 @@
 from collections import deque
 import weakref
 
-from baxter_dynamics_ros.signals.delay_line import DelayLine
+from baxter_dynamics_ros.estimation.delay_line import DelayLine
 import numpy as np
 import pytest
 

@@ -1,7 +1,7 @@
 """What pushes the arm: its sign beside the residual's, and what changes in mid-stream."""
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import perfect_robot
 import pytest

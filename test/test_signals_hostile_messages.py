@@ -2,9 +2,9 @@
 
 from collections import Counter
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

@@ -1,8 +1,8 @@
 """The door: one arm's joints by name out of any message, or the reason why not."""
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.intake import Intake
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.joint_selection import Intake
 import numpy as np
 import pytest
 

@@ -2,7 +2,7 @@
 
 import weakref
 
-from baxter_dynamics_ros.signals.motion import MotionEstimator
+from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 import numpy as np
 import pytest
 

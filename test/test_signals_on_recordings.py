@@ -3,11 +3,10 @@
 from functools import lru_cache
 from pathlib import Path
 
-from baxter_dynamics_ros.core.arm import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import S1
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names, S1
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

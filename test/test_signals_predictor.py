@@ -1,8 +1,8 @@
 """The stream handler: residuals of known motion, their sign, and messages of all sorts."""
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import perfect_robot
 from perfect_robot import trajectory

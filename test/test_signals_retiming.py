@@ -1,12 +1,7 @@
 """Times of arrival are recognised; the robot's own stamps never are."""
 
-from arrivals import lossy
-from arrivals import made
-from arrivals import PATTERNS
-from arrivals import run
-from arrivals import stalled
-from arrivals import START
-from baxter_dynamics_ros.signals.retiming import Retiming
+from arrivals import lossy, made, PATTERNS, run, stalled, START
+from baxter_dynamics_ros.estimation.retiming import Retiming
 import numpy as np
 import pytest
 

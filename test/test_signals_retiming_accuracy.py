@@ -2,13 +2,9 @@
 
 from functools import lru_cache
 
-from arrivals import increases
-from arrivals import JITTER
-from arrivals import made
-from arrivals import PATTERNS
-from arrivals import run
-from baxter_dynamics_ros.signals.motion import MotionEstimator
-from baxter_dynamics_ros.signals.retiming import Retiming
+from arrivals import increases, JITTER, made, PATTERNS, run
+from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
+from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.simulation.sensors import Sensors
 import numpy as np
 import pytest

@@ -1,14 +1,7 @@
 """What can happen to times of arrival: another rate, pauses, losses, and stamps of any sort."""
 
-from arrivals import increases
-from arrivals import lossy
-from arrivals import made
-from arrivals import PATTERNS
-from arrivals import run
-from arrivals import stalled
-from arrivals import START
-from baxter_dynamics_ros.signals.retiming import MODES
-from baxter_dynamics_ros.signals.retiming import Retiming
+from arrivals import increases, lossy, made, PATTERNS, run, stalled, START
+from baxter_dynamics_ros.estimation.retiming import MODES, Retiming
 import numpy as np
 import pytest
 

@@ -1,9 +1,9 @@
 """Recordings of a real arm whose messages come in bursts, re-timed: as good as even stamps."""
 
 from arrivals import bursts
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.retiming import Retiming
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.retiming import Retiming
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

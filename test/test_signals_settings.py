@@ -1,14 +1,11 @@
 """Every setting: its default, its range, what refuses it by name, and what it reaches."""
 
-from baxter_dynamics_ros.core.arm import BaxterArm
-from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.joints import mount
-from baxter_dynamics_ros.core.parameters import paper_parameters
-from baxter_dynamics_ros.core.parameters import Payload
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
-from baxter_dynamics_ros.signals.settings import SETTINGS
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.joints import mount
+from baxter_dynamics_ros.model.parameters import paper_parameters, Payload
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 import numpy as np
 import pytest
 

@@ -1,6 +1,6 @@
 """Velocity from positions: exact on straight lines, its lag right, untouched by jitter."""
 
-from baxter_dynamics_ros.signals.slope import PositionSlope
+from baxter_dynamics_ros.estimation.slope import PositionSlope
 import numpy as np
 import pytest
 

@@ -1,13 +1,10 @@
 """The door: what it lets in and as what, on which time line, and that nothing goes uncounted."""
 
 from arrivals import bursts
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.events import DROPPED
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.events import RESETS
-from baxter_dynamics_ros.signals.retiming import MODES
-from baxter_dynamics_ros.signals.retiming import Retiming
-from baxter_dynamics_ros.signals.stream import Stream
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.events import DROPPED, Event, RESETS
+from baxter_dynamics_ros.estimation.retiming import MODES, Retiming
+from baxter_dynamics_ros.estimation.stream import Stream
 import numpy as np
 import pytest
 

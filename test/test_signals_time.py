@@ -1,21 +1,12 @@
 """Honest time, end to end: whatever clocks do, each prediction is for the instant it bears."""
 
 from arrivals import bursts
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.events import Event
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.events import Event
 import numpy as np
 from perfect_robot import VELOCITY_LAG
-from played import assert_right
-from played import assert_same
-from played import back_steps
-from played import DELAY
-from played import instants
-from played import play
-from played import RIGHT
-from played import robot
-from played import Run
-from played import SETTINGS
-from played import stacked
+from played import (assert_right, assert_same, back_steps, DELAY, instants, play, RIGHT, robot,
+                    Run, SETTINGS, stacked)
 import pytest
 
 LEFT = joint_names('left')

@@ -1,16 +1,11 @@
 """The wrench at the hand: what was exerted comes back, or nothing does; never a huge number."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.hand import HandKinematics
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.core.parameters import paper_parameters
-from baxter_dynamics_ros.signals.wrench import hand_wrench
-from baxter_dynamics_ros.signals.wrench import LEAST_SINGULAR_VALUE
-from baxter_dynamics_ros.signals.wrench import LEVER
-from baxter_dynamics_ros.simulation.trajectories import PERIODS
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.hand import HandKinematics
+from baxter_dynamics_ros.model.joints import SIDES
+from baxter_dynamics_ros.model.parameters import paper_parameters
+from baxter_dynamics_ros.estimation.wrench import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
+from baxter_dynamics_ros.simulation.trajectories import PERIODS, Reference
 import numpy as np
 import pytest
 

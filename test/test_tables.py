@@ -4,13 +4,10 @@ from math import pi
 import re
 
 from baxter_dynamics_ros import ArgumentError
-from baxter_dynamics_ros.core import paper_tables
-from baxter_dynamics_ros.core.joints import S1
-from baxter_dynamics_ros.core.parameters import inertia_about_origin
-from baxter_dynamics_ros.core.parameters import INERTIA_AT_ORIGIN
-from baxter_dynamics_ros.core.parameters import paper_parameters
-from baxter_dynamics_ros.core.parameters import pseudo_inertia
-from baxter_dynamics_ros.core.parameters import THETA_2_OFFSET
+from baxter_dynamics_ros.model import paper_tables
+from baxter_dynamics_ros.model.joints import S1
+from baxter_dynamics_ros.model.parameters import (inertia_about_origin, INERTIA_AT_ORIGIN,
+                                                  paper_parameters, pseudo_inertia, THETA_2_OFFSET)
 import numpy as np
 import pytest
 

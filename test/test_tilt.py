@@ -1,7 +1,7 @@
 """A tilted base: which way roll and pitch turn gravity, and that both routes to it are one."""
 
-from baxter_dynamics_ros.core.tilt import gravity_in_base
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.tilt import gravity_in_base
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

@@ -1,21 +1,15 @@
 """The paper's trajectories: what moves and what stays, from rest, within the joints' limits."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.core.joints import POSITION_LOWER
-from baxter_dynamics_ros.core.joints import POSITION_UPPER
-from baxter_dynamics_ros.core.joints import VELOCITY_LIMIT
+from baxter_dynamics_ros import BaxterArm, mount
+from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT
 import numpy as np
 import pytest
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.trajectories import MIRROR  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import RAMP  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import Reference  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import TRAJECTORIES  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import (MIRROR, PERIODS, RAMP, Reference,  # noqa: E402
+                                                         TRAJECTORIES)
 
 PERIOD = 0.01  # [s]
 MOVING = sorted(PERIODS)

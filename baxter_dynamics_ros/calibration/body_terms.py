@@ -5,17 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from .term import Parameter
-from .term import Row
-from .term import Sample
-from .term import WORTH_OF_ALL
-from ..core.arm import BaxterArm
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.joints import N_JOINTS
-from ..core.parameters import from_pseudo_inertia
-from ..core.parameters import inertia_elements
-from ..core.parameters import Payload
+from .term import Parameter, Row, Sample, WORTH_OF_ALL
+from ..model.arm import BaxterArm
+from ..model.arrays import Array, Bools
+from ..model.joints import N_JOINTS
+from ..model.parameters import from_pseudo_inertia, inertia_elements, Payload
 
 # What is believed before anything is measured: standard deviations.
 _TILT = 0.3  # horizontal gravity: 1.75 degrees [m/s^2]

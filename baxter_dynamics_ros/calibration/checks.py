@@ -1,19 +1,16 @@
 """Recordings that cannot be fitted to are refused, with the reason; others get warnings."""
 
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from .excitation import MOVES
-from .excitation import turning
-from .motion import Motion
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import JOINTS
-from ..offline.playback import Recording
-from ..signals.events import Event
-from ..signals.events import REMEDIES
+from .fit_data import Motion
+from .identifiability import MOVES, turning
+from ..estimation.events import Event, REMEDIES
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS
+from ..recordings.playback import Recording
 
 _SHORT = 1.0  # a recording that is shorter is left out [s]
 SHORTEST = 10.0  # recordings' length together, below which nothing can be fitted [s]

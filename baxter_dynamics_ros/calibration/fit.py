@@ -1,32 +1,22 @@
 """One calibration: choose the terms, fit them, and judge the fit on what it never saw."""
 
 from collections.abc import Collection
-from typing import Any
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from .body_terms import Links
-from .body_terms import Tilt
-from .body_terms import Tool
-from .excitation import turning
-from .excitation import unknown
-from .motion import Motion
-from .noise import correlation_times
-from .noise import SHORTEST
-from .normal import information
-from .normal import NormalEquations
-from .normal import Regressor
-from .normal import solve
-from .results import Fitted
-from .results import Judged
+from .body_terms import Links, Tilt, Tool
+from .calibration_results import Fitted, Judged
+from .fit_data import Motion
+from .identifiability import turning, unknown
+from .noise import correlation_times, SHORTEST
+from .normal import information, NormalEquations, Regressor, solve
 from .selection import select
 from .term import Term
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.joints import N_JOINTS
-from ..signals.predictor import Estimate
-from ..signals.settings import PredictorSettings
+from ..estimation.predictor import Estimate
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array, Bools
+from ..model.joints import N_JOINTS
 
 _T = TypeVar('_T')
 

@@ -1,21 +1,14 @@
 """What can be fitted of a joint's own: friction, bias, cables, the spring at s1."""
 
-from collections.abc import Callable
-from collections.abc import Collection
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
 import numpy as np
 
-from .term import Parameter
-from .term import Row
-from .term import Sample
-from .term import WORTH
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.effort import EffortModel
-from ..core.joints import JOINTS
-from ..core.joints import S1
+from .term import Parameter, Row, Sample, WORTH
+from ..model.arrays import Array, Bools
+from ..model.effort import EffortModel
+from ..model.joints import JOINTS, S1
 
 # What is believed before anything is measured: standard deviations, here as shares of a joint's
 # greatest torque, for torques and what makes them.

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .motion import Motion
-from ..core.arrays import Array
+from .fit_data import Motion
+from ..model.arrays import Array
 
 _INTERVAL = 1.0  # over which the velocity is integrated [s]
 _SLOPE = 0.02  # on either side, over which the position's slope is taken [s]

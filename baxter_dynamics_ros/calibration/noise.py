@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..core.arrays import Array
-from ..core.joints import N_JOINTS
+from ..model.arrays import Array
+from ..model.joints import N_JOINTS
 
 # For at least so long [s]: what a model lacks comes back with the motion.
 SHORTEST = 1.0

@@ -1,27 +1,20 @@
 """Normal equations of the regressor: all that a fit needs of a recording, of any length."""
 
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_factor
-from scipy.linalg import cho_solve
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 
-from .motion import Motion
-from .term import Parameter
-from .term import Sample
-from .term import Term
+from .fit_data import Motion
+from .term import Parameter, Sample, Term
 from .terms import dahl_lengths
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.arrays import Indices
-from ..core.joints import N_JOINTS
-from ..signals.settings import PredictorSettings
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array, Bools, Indices
+from ..model.joints import N_JOINTS
 
 _ROWS = 1024  # at a time: the links' regressor of a row has 784 numbers
 

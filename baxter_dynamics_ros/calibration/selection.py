@@ -1,20 +1,14 @@
 """Which terms pay: each is kept where it makes recordings that were left out easier to predict."""
 
-from collections.abc import Collection
-from collections.abc import Iterable
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from .normal import NormalEquations
-from .normal import Regressor
-from .normal import solve
+from .normal import NormalEquations, Regressor, solve
 from .term import Term
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.joints import N_JOINTS
+from ..model.arrays import Array, Bools
+from ..model.joints import N_JOINTS
 
 
 class Step(NamedTuple):

@@ -1,18 +1,15 @@
 """What all that can be fitted has in common: parameters, rows of a motion, the interface."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from .motion import Motion
-from ..core.arm import BaxterArm
-from ..core.arrays import Array
-from ..core.arrays import Bools
+from .fit_data import Motion
+from ..model.arm import BaxterArm
+from ..model.arrays import Array, Bools
 
 # Of what was fitted: name, unit, value before and after, and uncertainty.
 Row = tuple[str, str, float, float, float]

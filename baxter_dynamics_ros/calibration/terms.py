@@ -7,21 +7,13 @@ regressor that belong to them, and how it is written into the settings.
 
 import numpy as np
 
-from .body_terms import Links
-from .body_terms import Tilt
-from .body_terms import Tool
-from .joint_terms import DahlFriction
-from .joint_terms import PerJoint
-from .joint_terms import Spring
-from .joint_terms import TORQUE
-from .term import Sample
-from .term import Term
-from .term import WORTH_OF_ODD
-from ..core.arrays import Array
-from ..core.effort import EffortModel
-from ..core.joints import N_JOINTS
-from ..core.joints import S1
-from ..signals.settings import PredictorSettings
+from .body_terms import Links, Tilt, Tool
+from .joint_terms import DahlFriction, PerJoint, Spring, TORQUE
+from .term import Sample, Term, WORTH_OF_ODD
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array
+from ..model.effort import EffortModel
+from ..model.joints import N_JOINTS, S1
 
 OPTIONAL = ('inertial', 'payload')  # terms that are fitted where asked for, and then in any case
 

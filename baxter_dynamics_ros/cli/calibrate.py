@@ -10,13 +10,12 @@ from rich.table import Table
 
 from .outputs import output_file
 from .. import __version__
-from ..calibration.calibrate import calibrate
-from ..calibration.results import Calibration
-from ..core.joints import JOINTS
-from ..offline.parameter_file import read_parameters
-from ..offline.parameter_file import write_parameters
-from ..offline.recordings import open_recordings
-from ..report.calibration import write_calibration
+from ..calibration.calibrate_robot import calibrate
+from ..calibration.calibration_results import Calibration
+from ..model.joints import JOINTS
+from ..recordings.parameter_file import read_parameters, write_parameters
+from ..recordings.reader import open_recordings
+from ..report.calibration_report import write_calibration
 
 
 def run(bags: Sequence[str], output: str, arm: 'str | None', topic: 'str | None',

@@ -19,15 +19,13 @@ from sensor_msgs.msg import JointState
 
 from .plots import plot_effort
 from .processes import NodeProcess
-from ..core.arrays import Array
-from ..core.arrays import Indices
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import JOINTS
-from ..ros import topics
-from ..ros.messages import from_field
-from ..ros.messages import stamp_ns
-from ..signals.intake import Intake
-from ..signals.settings import PredictorSettings
+from ..estimation.joint_selection import Intake
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array, Indices
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS
+from ..nodes import topics
+from ..nodes.messages import from_field, stamp_ns
 
 # Away from a real robot that may be on the same network.
 NAMESPACE = '/baxter_dynamics_demo'

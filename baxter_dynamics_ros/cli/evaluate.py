@@ -1,7 +1,6 @@
 """evaluate: how well the model predicts recordings, as a report to look at."""
 
-from collections.abc import Callable
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -11,20 +10,16 @@ from rich.table import Table
 
 from .outputs import output_folder
 from .progress import watched
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import BASE_FRAME
-from ..core.joints import joint_names
-from ..core.joints import JOINTS
-from ..offline.evaluation import Evaluator
-from ..offline.parameter_file import NODE
-from ..offline.parameter_file import read_parameters
-from ..offline.playback import Block
-from ..offline.recordings import open_recordings
-from ..offline.results import Evaluation
-from ..offline.writer import BagWriter
-from ..report.evaluation import Total
-from ..report.evaluation import write_evaluation
-from ..signals.predictor import Prediction
+from ..estimation.predictor import Prediction
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import BASE_FRAME, joint_names, JOINTS
+from ..recordings.evaluate_recordings import Evaluator
+from ..recordings.evaluation_results import Evaluation
+from ..recordings.parameter_file import NODE, read_parameters
+from ..recordings.playback import Block
+from ..recordings.reader import open_recordings
+from ..recordings.writer import BagWriter
+from ..report.evaluation_report import Total, write_evaluation
 
 # Where --save-bag puts what the node would publish.
 PREDICTED_EFFORT = f'/{NODE}/predicted_effort'

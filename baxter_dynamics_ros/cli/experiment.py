@@ -6,11 +6,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from . import evaluate
-from ..core.exceptions import BaxterDynamicsError
-from ..offline.writer import BagWriter
-from ..simulation.recording import record
-from ..simulation.robot import FakeBaxter
-from ..simulation.robot import JOINT_STATE_NAMES
+from ..model.exceptions import BaxterDynamicsError
+from ..recordings.writer import BagWriter
+from ..simulation.recorder import record
+from ..simulation.robot import FakeBaxter, JOINT_STATE_NAMES
 from ..simulation.trajectories import PERIODS
 
 TOPIC = '/robot/joint_states'

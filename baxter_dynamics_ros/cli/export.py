@@ -12,13 +12,10 @@ from typing import Any
 
 from .outputs import output_folder
 from .. import __version__
-from ..core.exceptions import ArgumentError
-from ..core.exceptions import BaxterDynamicsError
+from ..estimation.settings import PredictorSettings
 from ..export.base_table import base_table
-from ..export.functions import check_symbols
-from ..export.functions import DEFAULT_SYMBOLS
-from ..export.functions import derive
-from ..signals.settings import PredictorSettings
+from ..export.functions import check_symbols, DEFAULT_SYMBOLS, derive
+from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
 # Languages whose module cannot have their name: it is that of a library.
 _MODULES = {'numba': 'numba_file', 'casadi': 'casadi_file', 'sympy': 'sympy_file'}
@@ -139,7 +136,7 @@ def _say(lines: list[str]) -> None:
 
 def _read(path: str) -> dict[str, Any]:
     try:
-        from ..offline.parameter_file import read_parameters
+        from ..recordings.parameter_file import read_parameters
     except ImportError as error:
         raise BaxterDynamicsError(f'--params: {error}: pip install pyyaml') from None
     return read_parameters(path)

@@ -10,8 +10,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from .. import __version__
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import SIDES
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import SIDES
 
 if TYPE_CHECKING:
     _Commands = argparse._SubParsersAction[argparse.ArgumentParser]  # it has no public name

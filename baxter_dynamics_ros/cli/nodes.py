@@ -23,7 +23,7 @@ def _run(executable: str) -> int:
 
 def _node(executable: str) -> int:
     try:
-        node = importlib.import_module(f'baxter_dynamics_ros.ros.{executable}')
+        node = importlib.import_module(f'baxter_dynamics_ros.nodes.{executable}')
     except ImportError as error:
         print(f'{executable}: {error}. Without ROS, install the ros extra: pip install ".[ros]"',
               file=sys.stderr)

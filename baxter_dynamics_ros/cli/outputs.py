@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 import tempfile
 
-from ..core.exceptions import BaxterDynamicsError
+from ..model.exceptions import BaxterDynamicsError
 
 
 def output_folder(option: str, output: str | Path) -> Path:

@@ -5,13 +5,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from .experiment import BAG
-from .experiment import new_folder
-from .experiment import record_bag
-from ..core.joints import joint_names
-from ..simulation.excitation import DURATION
-from ..simulation.excitation import motion
-from ..simulation.excitation import series
+from .experiment import BAG, new_folder, record_bag
+from ..model.joints import joint_names
+from ..simulation.exciting_trajectory import DURATION, motion, series
 from ..simulation.plan_file import write_plan
 from ..simulation.robot import FakeBaxter
 

@@ -6,9 +6,9 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..core.arrays import Array
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import JOINTS
+from ..model.arrays import Array
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS
 
 matplotlib.use('Agg')  # files only: no screen needed
 

@@ -30,7 +30,7 @@ class NodeProcess:
         self.executable = executable
         self._output = tempfile.TemporaryFile('w+')
         self._process = subprocess.Popen(
-            [sys.executable, '-m', f'baxter_dynamics_ros.ros.{executable}', *arguments],
+            [sys.executable, '-m', f'baxter_dynamics_ros.nodes.{executable}', *arguments],
             stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
             env=environment)
 

@@ -1,17 +1,15 @@
 """A progress bar beside a recording that is being read."""
 
-from collections.abc import Callable
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import Progress
 
-from ..offline.bags import BagRecording
-from ..offline.playback import Message
-from ..offline.playback import Recording
-from ..offline.recordings import ArrayRecording
-from ..offline.writer import BagWriter
+from ..recordings.bags import BagRecording
+from ..recordings.playback import Message, Recording
+from ..recordings.reader import ArrayRecording
+from ..recordings.writer import BagWriter
 
 _EVERY = 1000  # messages between two looks at the bar
 

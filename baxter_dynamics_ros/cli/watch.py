@@ -14,24 +14,17 @@ from types import FrameType
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
-from rich.console import Console
-from rich.console import Group
+from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
 from .outputs import output_file
-from .watch_bars import BLOCKS
-from .watch_bars import Glyphs
-from .watch_bars import glyphs
+from .watch_bars import BLOCKS, Glyphs, glyphs
 from .watch_listener import Listener
-from .watch_terminal import Keys
-from .watch_terminal import keys
-from .watch_terminal import save_picture
-from .watch_terminal import suspension
-from .watch_view import Canvas
-from .watch_view import view
+from .watch_terminal import keys, Keys, save_picture, suspension
+from .watch_view import Canvas, view
 from .watch_words import summary
-from ..core.exceptions import BaxterDynamicsError
+from ..model.exceptions import BaxterDynamicsError
 
 ONCE_WAITS = 10.0  # [s] by default
 _ENOUGH = 1.1  # [s] of messages, after which diagnostics and rates are known, too

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
-from collections.abc import Mapping
-from collections.abc import Sequence
-from dataclasses import dataclass
-from dataclasses import field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 import math
 
 import numpy as np
 
-from ..core.arrays import Array
-from ..core.joints import joint_names
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
-from ..core.joints import SIDES
+from ..model.arrays import Array
+from ..model.joints import joint_names, JOINTS, N_JOINTS, SIDES
 
 Values = Sequence[float] | Array
 

@@ -13,13 +13,11 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
-from .watch_data import Status
-from .watch_data import Watched
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import SIDES
-from ..ros import topics
-from ..ros.messages import from_field
-from ..ros.messages import stamp_ns
+from .watch_data import Status, Watched
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import SIDES
+from ..nodes import topics
+from ..nodes.messages import from_field, stamp_ns
 
 _PREDICTED = '/' + topics.PREDICTED_EFFORT
 _LOOK_EVERY = 0.5  # [s] between two looks at the graph, while nothing comes

@@ -17,12 +17,11 @@ import time
 import tty
 from types import FrameType
 
-from rich.console import Console
-from rich.console import Group
+from rich.console import Console, Group
 from rich.terminal_theme import DEFAULT_TERMINAL_THEME
 from rich.text import Text
 
-from ..core.exceptions import BaxterDynamicsError
+from ..model.exceptions import BaxterDynamicsError
 
 # Rich's own refers to a font on the web, which a forge does not load. This one also has an
 # opaque background up to the edges.

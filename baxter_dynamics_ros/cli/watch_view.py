@@ -9,17 +9,10 @@ import textwrap
 from rich.text import Text
 
 from . import watch_words
-from .watch_bars import bar
-from .watch_bars import cropped
-from .watch_bars import Glyphs
-from .watch_bars import sparkline
-from .watch_data import ArmData
-from .watch_data import BIN
-from .watch_data import Status
-from .watch_data import STATUS_STALE_AFTER
-from .watch_data import Watched
-from ..core.joints import JOINTS
-from ..signals.contact import LIMIT
+from .watch_bars import bar, cropped, Glyphs, sparkline
+from .watch_data import ArmData, BIN, Status, STATUS_STALE_AFTER, Watched
+from ..estimation.contact import LIMIT
+from ..model.joints import JOINTS
 
 # What the ends of the bars stand for [N m]. Of the effort: somewhat more than it takes to hold
 # and to move the arm. Of the residual: what a model that is not calibrated may be wrong by.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from .watch_data import ArmData
-from .watch_data import Watched
-from ..core.joints import JOINTS
+from .watch_data import ArmData, Watched
+from ..model.joints import JOINTS
 
 LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 

@@ -6,15 +6,14 @@ python -m baxter_dynamics_ros.closed_form [sizes]
 
 import argparse
 
-from .module import PATH
-from .module import write_module
+from .module import PATH, write_module
 from .sizes import table
 
 
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog='python -m baxter_dynamics_ros.closed_form',
-                                     description='Write core/_closed_form.py anew.')
+                                     description='Write model/_closed_form.py anew.')
     parser.add_argument('what', nargs='?', choices=['module', 'sizes'], default='module',
                         help='sizes: print how large each form of the dynamics is')
     if parser.parse_args().what == 'sizes':

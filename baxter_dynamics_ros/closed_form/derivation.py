@@ -4,22 +4,15 @@ From a quantity to its program: the formulation, run on CasADi's symbols.
 CasADi does the algebra (structural zeros and ones, constants).
 """
 
-from collections.abc import Callable
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi
 
-from .frames import N
-from .frames import Scalar
-from .frames import Scalars
-from .program import Program
-from .program import Value
-from .quantities import CONSTANTS
-from .quantities import formulate
-from .quantities import ONLY_TILTED
-from .quantities import Quantity
-from ..core.exceptions import BaxterDynamicsError
+from .frames import N, Scalar, Scalars
+from .program import Program, Value
+from .quantities import CONSTANTS, formulate, ONLY_TILTED, Quantity
+from ..model.exceptions import BaxterDynamicsError
 
 
 def program_of(quantity: Quantity, tilted: bool) -> Program:

@@ -3,7 +3,7 @@ The Lagrange-Euler dynamics in body frames: the smallest exact form, written onc
 
 Scalars are floats, NumPy arrays or symbols; :mod:`.frames` tells the body frames. With <X, Y> =
 Tr(X Y^T), and the twists xi, V, dxi/dt, the accelerations A and the sums H and B of
-:mod:`baxter_dynamics_ros.core.composite`, let
+:mod:`baxter_dynamics_ros.model.composite`, let
 
 * P_k = xi_k H_k: in body frame k it only swaps rows of the composite pseudo-inertia H_k;
 * D_k = sum_{j>k} qd_j P_j: how that composite moves relative to link k; B_k = V_k H_k + D_k.
@@ -25,41 +25,16 @@ a mass. Of link 1 only xx + yy is felt, here as xx, and, where gravity is not al
 axis, h_x and h_y.
 """
 
-from collections.abc import Iterator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
-from .frames import add
-from .frames import Affine
-from .frames import apply
-from .frames import Frames
-from .frames import N
-from .frames import PseudoInertia
-from .frames import Rows
-from .frames import Scalar
-from .frames import Scalars
-from .frames import Twist
-from .frames import Vector
-from .frames import Wrench
-from .frames import ZERO
+from .frames import (add, Affine, apply, Frames, N, PseudoInertia, Rows, Scalar, Scalars, Twist,
+                     Vector, Wrench, ZERO)
 from .linear import solve
-from .matrices import about_axis
-from .matrices import Acceleration
-from .matrices import acceleration
-from .matrices import acceleration_wrench
-from .matrices import axis_moment_of_transpose
-from .matrices import axis_wrench
-from .matrices import change_on
-from .matrices import change_with_axis
-from .matrices import derivative_of_axis
-from .matrices import moment_of_moving_transpose
-from .matrices import pair
-from .matrices import spun
-from .matrices import total
-from .matrices import turned
-from .matrices import twist_matrix
-from .matrices import unit_torques
-from .matrices import wrench_of
+from .matrices import (about_axis, acceleration, Acceleration, acceleration_wrench,
+                       axis_moment_of_transpose, axis_wrench, change_on, change_with_axis,
+                       derivative_of_axis, moment_of_moving_transpose, pair, spun, total, turned,
+                       twist_matrix, unit_torques, wrench_of)
 
 LINK_COLUMNS = 7  # base parameters of each link but the first
 

@@ -11,8 +11,7 @@ library drops. Vectors are tuples (x, y, z), matrices tuples of rows. Indices co
 """
 
 from collections.abc import Sequence
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 Scalar = Any
 Scalars = Sequence[Scalar]

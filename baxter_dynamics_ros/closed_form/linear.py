@@ -1,8 +1,6 @@
 """A symmetric system of equations, on scalars of any kind."""
 
-from .frames import Rows
-from .frames import Scalar
-from .frames import Scalars
+from .frames import Rows, Scalar, Scalars
 
 
 def solve(m: Rows, right: Scalars) -> list[Scalar]:

@@ -2,18 +2,8 @@
 
 from typing import NamedTuple
 
-from .frames import add
-from .frames import Affine
-from .frames import apply
-from .frames import cross
-from .frames import dot
-from .frames import Matrix
-from .frames import PseudoInertia
-from .frames import Scalar
-from .frames import Twist
-from .frames import Vector
-from .frames import Wrench
-from .frames import ZERO
+from .frames import (add, Affine, apply, cross, dot, Matrix, PseudoInertia, Scalar, Twist, Vector,
+                     Wrench, ZERO)
 
 
 class Acceleration(NamedTuple):

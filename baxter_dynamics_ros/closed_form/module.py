@@ -1,16 +1,12 @@
-"""Write ``core/_closed_form.py``: the one generated module."""
+"""Write ``model/_closed_form.py``: the one generated module."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import prod
 from pathlib import Path
 from textwrap import fill
 
 from .derivation import program_of
-from .quantities import CONSTANTS
-from .quantities import QUANTITIES
-from .quantities import Quantity
-from .quantities import TILTED_REGRESSOR
+from .quantities import CONSTANTS, QUANTITIES, Quantity, TILTED_REGRESSOR
 from .source import assignments
 
 COMMAND = 'python -m baxter_dynamics_ros.closed_form'

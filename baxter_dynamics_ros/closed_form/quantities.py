@@ -1,18 +1,11 @@
 """What the closed form can be asked for: inputs, shapes, units and sources, in one table."""
 
 from collections.abc import Callable
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .formulation import Formulation
-from .frames import Frames
-from .frames import N
-from .frames import PseudoInertia
-from .frames import Scalar
-from .frames import Scalars
-from ..core.base_parameters import LENGTH_NAMES
-from ..core.base_parameters import NAMES
-from ..core.base_parameters import TILTED_NAMES
+from .frames import Frames, N, PseudoInertia, Scalar, Scalars
+from ..model.base_parameters import LENGTH_NAMES, NAMES, TILTED_NAMES
 
 
 class Output(NamedTuple):

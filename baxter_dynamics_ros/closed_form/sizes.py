@@ -11,16 +11,11 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from .derivation import program_of
-from .derivation import trace
-from .frames import N
-from .frames import Rows
-from .frames import Scalar
-from .frames import Scalars
+from .derivation import program_of, trace
+from .frames import N, Rows, Scalar, Scalars
 from .program import Program
-from .quantities import QUANTITIES
-from .quantities import Quantity
-from ..core import paper_tables
+from .quantities import QUANTITIES, Quantity
+from ..model import paper_tables
 
 Objects = NDArray[np.object_]
 _Symbols = dict[tuple[int, int, int], Scalar]

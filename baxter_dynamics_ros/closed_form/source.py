@@ -3,8 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from .program import OPERATORS
-from .program import Program
+from .program import OPERATORS, Program
 
 _Statement = tuple[str | None, int, int]  # target, or None for a temporary; sign; node
 

@@ -2,10 +2,9 @@
 
 from textwrap import fill
 
-from ..core.arm import BaxterArm
-from ..core.base_parameters import TILTED_NAMES
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
+from ..model.arm import BaxterArm
+from ..model.base_parameters import TILTED_NAMES
+from ..model.joints import JOINTS, N_JOINTS
 
 _HEAD = (
     'Of the 70 inertial parameters of seven links torques can tell no more than these {count} '

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from .functions import Function
 from ..closed_form.quantities import CONSTANTS
 from ..closed_form.source import assignments
-from ..core.joints import N_JOINTS
+from ..model.joints import N_JOINTS
 
 # Vector of a program -> how its elements' names begin; they are numbered from 1.
 PREFIXES = {'sin_q': 's', 'cos_q': 'c', 'qd': 'qd', 'qdd': 'qdd', 'tau': 'tau'}

@@ -5,20 +5,14 @@ from math import prod
 
 import numpy as np
 
-from .body import body_of
-from .body import folded
+from .body import body_of, folded
 from .c_support import support
-from .functions import COMMAND
-from .functions import describe
-from .functions import Function
-from .legend import FRAMES
-from .legend import head
-from .legend import parameters
-from .legend import storage
+from .functions import COMMAND, describe, Function
+from .legend import FRAMES, head, parameters, storage
 from .series import LARGEST
-from ..core.arm import BaxterArm
-from ..core.exceptions import ArgumentError
-from ..core.joints import N_JOINTS
+from ..model.arm import BaxterArm
+from ..model.exceptions import ArgumentError
+from ..model.joints import N_JOINTS
 
 _WIDTH = 99
 _FIXED = '\xa0'  # stands for a space at which no line breaks

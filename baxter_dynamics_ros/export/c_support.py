@@ -1,10 +1,7 @@
 """What the functions of an exported C source stand on: sines and cosines, blocks of states."""
 
-from .series import LARGEST
-from .series import PER_TURN
-from .series import steps
-from .series import TURN
-from ..core.joints import N_JOINTS
+from .series import LARGEST, PER_TURN, steps, TURN
+from ..model.joints import N_JOINTS
 
 # States computed at a time in a batch: whole vectors of any processor, all in its first cache.
 BLOCK = 16

@@ -4,14 +4,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..closed_form.program import Program
-from ..closed_form.quantities import CONSTANTS
-from ..closed_form.quantities import QUANTITIES
-from ..closed_form.quantities import Quantity
-from ..closed_form.quantities import TILTED_REGRESSOR
-from ..core.arm import BaxterArm
-from ..core.exceptions import ArgumentError
-from ..core.joints import JOINTS
-from ..core.parameters import theta_offsets
+from ..closed_form.quantities import CONSTANTS, QUANTITIES, Quantity, TILTED_REGRESSOR
+from ..model.arm import BaxterArm
+from ..model.exceptions import ArgumentError
+from ..model.joints import JOINTS
+from ..model.parameters import theta_offsets
 
 # What users ask for -> the quantity of BaxterArm.
 SYMBOLS = {

@@ -7,11 +7,10 @@ from math import prod
 from .body import body_of
 from .functions import Function
 from .legend import parameters
-from .python_parts import indented
-from .python_parts import long
-from ..core.arm import BaxterArm
-from ..core.exceptions import ArgumentError
-from ..core.joints import N_JOINTS
+from .python_parts import indented, long
+from ..model.arm import BaxterArm
+from ..model.exceptions import ArgumentError
+from ..model.joints import N_JOINTS
 
 _PREFIXES = {'sin_q': 's', 'cos_q': 'c'}
 _LONGEST = 84

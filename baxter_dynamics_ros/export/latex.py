@@ -1,28 +1,22 @@
 """LaTeX: G and the diagonal of M to print, with their definitions and the arm's numbers."""
 
-from collections.abc import Callable
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from .body import NAMES
-from .functions import COMMAND
-from .functions import Function
-from .legend import arm_paragraphs
-from .legend import parameters
-from .legend import RIGID
-from .notation import formula
-from .notation import symbol
+from .functions import COMMAND, Function
+from .legend import arm_paragraphs, parameters, RIGID
+from .notation import formula, symbol
 from ..closed_form.derivation import program_of
 from ..closed_form.formulation import Formulation
 from ..closed_form.frames import Scalar
 from ..closed_form.quantities import Quantity
 from ..closed_form.source import assignments
-from ..core.arm import BaxterArm
-from ..core.exceptions import ArgumentError
-from ..core.joints import JOINTS
+from ..model.arm import BaxterArm
+from ..model.exceptions import ArgumentError
+from ..model.joints import JOINTS
 
 _DIGITS = 8  # of the parameters' values
 _ESCAPES = {**{character: f'\\{character}' for character in '#$%&_{}'},

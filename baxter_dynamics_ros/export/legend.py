@@ -4,15 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .functions import COMMAND
-from .functions import constants
-from .functions import CONVENTION
-from .functions import SOURCE
+from .functions import COMMAND, constants, CONVENTION, SOURCE
 from .payload import rule
 from ..closed_form.quantities import ONLY_TILTED
-from ..core.arm import BaxterArm
-from ..core.arrays import Array
-from ..core.base_parameters import TILTED_NAMES
+from ..model.arm import BaxterArm
+from ..model.arrays import Array
+from ..model.base_parameters import TILTED_NAMES
 
 # What the parameters mean.
 FRAMES = (

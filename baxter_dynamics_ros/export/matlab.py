@@ -4,17 +4,12 @@ import re
 
 import numpy as np
 
-from .body import body_of
-from .body import folded
-from .functions import COMMAND
-from .functions import describe
-from .functions import Function
-from .legend import FRAMES
-from .legend import head
-from .legend import parameters
-from ..core.arm import BaxterArm
-from ..core.exceptions import ArgumentError
-from ..core.joints import N_JOINTS
+from .body import body_of, folded
+from .functions import COMMAND, describe, Function
+from .legend import FRAMES, head, parameters
+from ..model.arm import BaxterArm
+from ..model.exceptions import ArgumentError
+from ..model.joints import N_JOINTS
 
 _WIDTH = 92
 _LONGEST_NAME = 63  # that MATLAB tells apart

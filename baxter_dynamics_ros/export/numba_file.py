@@ -3,22 +3,13 @@
 from math import prod
 
 from .body import folded
-from .functions import COMMAND
-from .functions import Function
-from .kernels import check_module
-from .kernels import kernel
+from .functions import COMMAND, Function
+from .kernels import check_module, kernel
 from .legend import storage
-from .python_parts import CHECK
-from .python_parts import function_docstring
-from .python_parts import indented
-from .python_parts import long
-from .python_parts import module_docstring
-from .python_parts import parameter_table
-from .series import LARGEST
-from .series import PER_TURN
-from .series import steps
-from .series import TURN
-from ..core.arm import BaxterArm
+from .python_parts import (CHECK, function_docstring, indented, long, module_docstring,
+                           parameter_table)
+from .series import LARGEST, PER_TURN, steps, TURN
+from ..model.arm import BaxterArm
 
 _USAGE = """
 Each function is there for one state, an array (7), and as ..._batch for n of them, an array

@@ -1,6 +1,6 @@
 """A body in the hand: what it adds to which of the arm's numbers, as every file says it."""
 
-from ..core.arm import BaxterArm
+from ..model.arm import BaxterArm
 
 # What is added to which parameter by a body of mass m whose centre is at (x, y, z) and whose
 # second moments are Sxx and so on, all in body frame 7.

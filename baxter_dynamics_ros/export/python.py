@@ -1,16 +1,10 @@
 """Python with NumPy alone: one module, for one state or many."""
 
-from .functions import COMMAND
-from .functions import Function
-from .kernels import check_module
-from .kernels import kernel
-from .python_parts import CHECK
-from .python_parts import function_docstring
-from .python_parts import indented
-from .python_parts import long
-from .python_parts import module_docstring
-from .python_parts import parameter_table
-from ..core.arm import BaxterArm
+from .functions import COMMAND, Function
+from .kernels import check_module, kernel
+from .python_parts import (CHECK, function_docstring, indented, long, module_docstring,
+                           parameter_table)
+from ..model.arm import BaxterArm
 
 _USAGE = """
 Arguments are arrays (..., 7), whose leading axes are a batch and broadcast; results have the same

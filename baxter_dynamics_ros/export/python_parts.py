@@ -3,14 +3,10 @@
 from collections.abc import Callable
 from math import prod
 
-from .body import body_of
-from .body import folded
-from .functions import describe
-from .functions import Function
-from .legend import FRAMES
-from .legend import head
-from .legend import parameters
-from ..core.arm import BaxterArm
+from .body import body_of, folded
+from .functions import describe, Function
+from .legend import FRAMES, head, parameters
+from ..model.arm import BaxterArm
 
 _WIDTH = 96
 _INDENT = ' ' * 4

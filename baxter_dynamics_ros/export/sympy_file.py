@@ -1,17 +1,10 @@
 """SymPy: a Python file that returns matrices and the definitions they are written in."""
 
-from .functions import COMMAND
-from .functions import Function
+from .functions import COMMAND, Function
 from .kernels import check_module
-from .python_parts import CHECK
-from .python_parts import function_docstring
-from .python_parts import indented
-from .python_parts import long
-from .python_parts import module_docstring
-from .python_parts import parameter_table
-from .python_parts import slices
-from .python_parts import statements
-from ..core.arm import BaxterArm
+from .python_parts import (CHECK, function_docstring, indented, long, module_docstring,
+                           parameter_table, slices, statements)
+from ..model.arm import BaxterArm
 
 _USAGE = """
 Each function takes symbols, or q, qd, qdd and tau of this file, and returns (definitions,

@@ -4,19 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .calibration_terms import parameter_name
-from .calibration_terms import PER_JOINT
-from .calibration_terms import term_name
-from .calibration_terms import value_text
-from .findings import Finding
-from .findings import percent
-from .findings import torque
-from .page import change
-from .page import number
-from ..calibration.results import Calibration
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.joints import JOINTS
+from .calibration_terms import parameter_name, PER_JOINT, term_name, value_text
+from .findings import Finding, percent, torque
+from .page import change, number
+from ..calibration.calibration_results import Calibration
+from ..model.arrays import Array, Bools
+from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
     from ..calibration.selection import Step

@@ -5,22 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .calibration_terms import parameter_name
-from .calibration_terms import term_name
-from .calibration_terms import unit_name
-from .model_figures import effort_model
-from .model_figures import spring_effort
-from .page import change
-from .page import decimals
-from .page import NO_VALUE
-from .page import number
-from .tables import Column
-from .tables import Table
-from ..calibration.results import Calibration
-from ..calibration.results import Fitted
-from ..core.arrays import Array
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
+from .calibration_terms import parameter_name, term_name, unit_name
+from .model_figures import effort_model, spring_effort
+from .page import change, decimals, NO_VALUE, number
+from .tables import Column, Table
+from ..calibration.calibration_results import Calibration, Fitted
+from ..model.arrays import Array
+from ..model.joints import JOINTS, N_JOINTS
 
 if TYPE_CHECKING:
     from ..calibration.selection import Step

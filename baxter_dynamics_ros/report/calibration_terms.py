@@ -1,9 +1,8 @@
 """A calibration's terms in words, and which of them act at which joints."""
 
 from .page import plus_minus
-from ..calibration.results import Calibration
-from ..calibration.results import Fitted
-from ..core.joints import JOINTS
+from ..calibration.calibration_results import Calibration, Fitted
+from ..model.joints import JOINTS
 
 NAMES = {
     'bias': 'bias',

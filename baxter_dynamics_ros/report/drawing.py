@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
-from ..core.arrays import Array
-from ..offline.results import Band
+from ..model.arrays import Array
+from ..recordings.evaluation_results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
 _LEFT, _RIGHT = 0.74, 0.14  # margins [in]

@@ -5,23 +5,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from .drawing import ALERT
-from .drawing import draw_band
-from .drawing import frame
-from .drawing import panels
-from .drawing import Picture
-from .drawing import place
-from .drawing import span
-from .drawing import Stroke
-from .drawing import STYLE
-from .drawing import svg
-from .drawing import WIDTH
-from .drawing import zero_line
-from ..core.arrays import Array
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
-from ..offline.results import Evaluation
-from ..offline.results import TERMS
+from .drawing import (ALERT, draw_band, frame, panels, Picture, place, span, Stroke, STYLE, svg,
+                      WIDTH, zero_line)
+from ..model.arrays import Array
+from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.evaluation_results import Evaluation, TERMS
 
 # Bands are drawn with at most so many intervals: a page with many recordings grows with each.
 FINE, COARSE = 500, 200

@@ -6,12 +6,9 @@ import numpy as np
 
 from .figures import TERM_NAMES
 from .page import number
-from ..core.arrays import Array
-from ..core.arrays import Bools
-from ..core.joints import JOINTS
-from ..offline.results import Errors
-from ..offline.results import ErrorStatistics
-from ..offline.results import Statistics
+from ..model.arrays import Array, Bools
+from ..model.joints import JOINTS
+from ..recordings.evaluation_results import Errors, ErrorStatistics, Statistics
 
 _GOOD = 0.9  # correlation from which on the prediction is said to follow the measurement
 _COINCIDE = 1e-9  # [N m]: by more two methods do not differ on the same parameters

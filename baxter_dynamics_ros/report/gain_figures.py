@@ -2,26 +2,15 @@
 
 import matplotlib
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator
-from matplotlib.ticker import MaxNLocator
-from matplotlib.ticker import NullLocator
-from matplotlib.ticker import StrMethodFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, StrMethodFormatter
 import numpy as np
 
 from .calibration_terms import term_name
-from .drawing import ALERT
-from .drawing import FAINT
-from .drawing import INK
-from .drawing import Picture
-from .drawing import place
-from .drawing import sheet
-from .drawing import STYLE
-from .drawing import svg
-from .page import change
-from .page import number
-from ..calibration.results import Calibration
-from ..core.arrays import Array
-from ..core.joints import JOINTS
+from .drawing import ALERT, FAINT, INK, Picture, place, sheet, STYLE, svg
+from .page import change, number
+from ..calibration.calibration_results import Calibration
+from ..model.arrays import Array
+from ..model.joints import JOINTS
 
 BEFORE, AFTER = '#e07b1a', '#0b3c68'
 _EACH = '#6f9bc4'  # of single recordings

@@ -9,27 +9,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
-from .calibration_terms import PER_JOINT
-from .calibration_terms import per_joint
-from .calibration_terms import term_name
-from .calibration_terms import unit_name
-from .drawing import FAINT
-from .drawing import Picture
-from .drawing import place
-from .drawing import sheet
-from .drawing import STYLE
-from .drawing import svg
-from .drawing import zero_line
-from .gain_figures import AFTER
-from .gain_figures import BEFORE
-from ..calibration.results import Calibration
-from ..calibration.results import Fitted
-from ..core.arrays import Array
-from ..core.effort import EffortModel
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
-from ..core.joints import S1
-from ..core.presliding import Presliding
+from .calibration_terms import PER_JOINT, per_joint, term_name, unit_name
+from .drawing import FAINT, Picture, place, sheet, STYLE, svg, zero_line
+from .gain_figures import AFTER, BEFORE
+from ..calibration.calibration_results import Calibration, Fitted
+from ..model.arrays import Array
+from ..model.effort import EffortModel
+from ..model.joints import JOINTS, N_JOINTS, S1
+from ..model.presliding import Presliding
 
 _FASTEST = 1.0  # of the friction's axis [rad/s]
 # A joint swings to and fro over so much, slowly [rad, rad/s].

@@ -7,12 +7,10 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from jinja2 import Environment
-from jinja2 import PackageLoader
-from jinja2 import StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from .drawing import Picture
-from ..core.exceptions import BaxterDynamicsError
+from ..model.exceptions import BaxterDynamicsError
 
 NO_VALUE = '–'
 

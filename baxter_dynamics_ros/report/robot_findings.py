@@ -5,16 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from .calibration_terms import per_joint
-from .calibration_terms import value_text
-from .findings import Finding
-from .findings import percent
-from .findings import torque
-from .page import change
-from .page import number
-from .page import plus_minus
-from ..calibration.results import Calibration
-from ..core.joints import JOINTS
+from .calibration_terms import per_joint, value_text
+from .findings import Finding, percent, torque
+from .page import change, number, plus_minus
+from ..calibration.calibration_results import Calibration
+from ..model.joints import JOINTS
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 

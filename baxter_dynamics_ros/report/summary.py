@@ -10,14 +10,9 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
-from ..offline.results import ErrorStatistics
-from ..offline.results import ESTIMATORS
-from ..offline.results import Evaluation
-from ..offline.results import METHODS
-from ..offline.results import Statistics
-from ..offline.results import TERMS
+from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.evaluation_results import (ErrorStatistics, ESTIMATORS, Evaluation, METHODS,
+                                             Statistics, TERMS)
 
 NOTHING = ErrorStatistics(0, *np.full((4, N_JOINTS), np.nan))  # of a recording without effort
 

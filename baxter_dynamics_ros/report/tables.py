@@ -1,25 +1,18 @@
 """The report's tables, as data: the paper's Table V, sizes of errors, terms, accelerations."""
 
-from collections.abc import Iterable
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import groupby
-from typing import Any
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .figures import STROKES
-from .figures import TERM_NAMES
+from .figures import STROKES, TERM_NAMES
 from .page import number
 from .summary import NOTHING
-from ..core.arrays import Array
-from ..core.joints import JOINTS
-from ..core.paper_tables import TABLE_V
-from ..core.paper_tables import TABLE_V_SUM
-from ..offline.results import ESTIMATORS
-from ..offline.results import Evaluation
-from ..offline.results import METHODS
-from ..offline.results import Statistics
+from ..model.arrays import Array
+from ..model.joints import JOINTS
+from ..model.paper_tables import TABLE_V, TABLE_V_SUM
+from ..recordings.evaluation_results import ESTIMATORS, Evaluation, METHODS, Statistics
 
 # Widths of the rows' names, by kind, in the font's size; the page's styles have the same.
 _HEADS = {'corner': 3.6, 'terms': 11.0, 'names': 12.0}

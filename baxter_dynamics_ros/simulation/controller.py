@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.arrays import Array
+from ..model.arrays import Array
 
 # Gains, joint order s0 ... w2. The paper states none; these settle each joint within 0.3 s.
 KP_OUTER = 15.0  # [1/s]

@@ -4,9 +4,9 @@ from pathlib import Path
 import sys
 import xml.etree.ElementTree as ET
 
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import joint_names
-from ..core.parameters import Payload
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import joint_names
+from ..model.parameters import Payload
 
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'hpp-baxter', 'urdf', 'baxter.urdf')
 

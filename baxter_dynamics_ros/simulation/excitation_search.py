@@ -2,22 +2,14 @@
 
 import numpy as np
 
-from .excitation import DURATION
-from .excitation import motion
-from .excitation import Series
-from ..core.arm import BaxterArm
-from ..core.arrays import Array
-from ..core.composite import CompositeDynamics
-from ..core.effort import COULOMB_VELOCITY
-from ..core.effort import DAHL_LENGTH
-from ..core.joints import JOINTS
-from ..core.joints import mount
-from ..core.joints import N_JOINTS
-from ..core.joints import POSITION_LOWER
-from ..core.joints import POSITION_UPPER
-from ..core.joints import S1
-from ..core.joints import VELOCITY_LIMIT
-from ..core.presliding import Presliding
+from .exciting_trajectory import DURATION, motion, Series
+from ..model.arm import BaxterArm
+from ..model.arrays import Array
+from ..model.composite import CompositeDynamics
+from ..model.effort import COULOMB_VELOCITY, DAHL_LENGTH
+from ..model.joints import (JOINTS, mount, N_JOINTS, POSITION_LOWER, POSITION_UPPER, S1,
+                            VELOCITY_LIMIT)
+from ..model.presliding import Presliding
 
 # Limits of the joints' motion.
 LOWER, UPPER = POSITION_LOWER + 0.1, POSITION_UPPER - 0.1  # [rad]

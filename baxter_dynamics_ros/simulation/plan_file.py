@@ -5,12 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .excitation import DURATION
-from .excitation import motion
-from .excitation import series
-from ..core.exceptions import BaxterDynamicsError
-from ..core.joints import joint_names
-from ..core.joints import SIDES
+from .exciting_trajectory import DURATION, motion, series
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import joint_names, SIDES
 
 # Lines a second. Enough for a motion without anything above 0.5 Hz; the SDK's player solves an
 # equation with as many unknowns as the file has lines.

@@ -6,18 +6,15 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .description import arm_description
-from .description import hand_names
-from ..core.arrays import Array
-from ..core.effort import EffortModel
-from ..core.effort import SPRING_COEFFICIENTS
-from ..core.exceptions import ArgumentError
-from ..core.joints import joint_names
-from ..core.joints import N_JOINTS
-from ..core.paper_tables import GRAVITY
-from ..core.parameters import Payload
-from ..core.presliding import Presliding
-from ..core.validation import finite
+from .description import arm_description, hand_names
+from ..model.arrays import Array
+from ..model.effort import EffortModel, SPRING_COEFFICIENTS
+from ..model.exceptions import ArgumentError
+from ..model.joints import joint_names, N_JOINTS
+from ..model.paper_tables import GRAVITY
+from ..model.parameters import Payload
+from ..model.presliding import Presliding
+from ..model.validation import finite
 
 TIMESTEP = 0.001  # [s]
 

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from .trajectories import Along
-from .trajectories import least_jerk
-from .trajectories import mirror
-from ..core.arrays import Array
+from .trajectories import Along, least_jerk, mirror
+from ..model.arrays import Array
 
 # The right arm's: of those that keep clear of the robot, the three that tell mass and centre of
 # mass of a payload apart best, by a random search; none of it is near a joint's limit [rad].

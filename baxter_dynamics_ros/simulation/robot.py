@@ -6,26 +6,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .controller import DoubleLoop
-from .excitation import Excitation
-from .plant import default_truth
-from .plant import Plant
-from .plant import TIMESTEP
-from .plant import TORQUE_LIMIT
-from .poses import Poses
-from .poses import Still
+from .exciting_trajectory import Excitation
+from .plant import default_truth, Plant, TIMESTEP, TORQUE_LIMIT
+from .poses import Poses, Still
 from .sensors import Sensors
-from .trajectories import Along
-from .trajectories import Reference
-from ..core.arrays import Array
-from ..core.effort import EffortModel
-from ..core.exceptions import ArgumentError
-from ..core.joints import joint_names
-from ..core.joints import JOINTS
-from ..core.joints import N_JOINTS
-from ..core.joints import SIDES
-from ..core.joints import VELOCITY_LIMIT
-from ..core.parameters import Payload
-from ..core.validation import finite
+from .trajectories import Along, Reference
+from ..model.arrays import Array
+from ..model.effort import EffortModel
+from ..model.exceptions import ArgumentError
+from ..model.joints import joint_names, JOINTS, N_JOINTS, SIDES, VELOCITY_LIMIT
+from ..model.parameters import Payload
+from ..model.validation import finite
 
 # The order in which the robot publishes: head, then each arm in alphabetical order, torso.
 _ALPHABETICAL = ('e0', 'e1', 's0', 's1', 'w0', 'w1', 'w2')

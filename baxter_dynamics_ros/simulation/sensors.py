@@ -4,8 +4,8 @@ from collections import deque
 
 import numpy as np
 
-from ..core.arrays import Array
-from ..core.joints import N_JOINTS
+from ..model.arrays import Array
+from ..model.joints import N_JOINTS
 
 # Measured on real arms at rest; joint order s0 ... w2.
 POSITION_QUANTUM = 2 * np.pi / 16384  # [rad]

@@ -5,11 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.arm import BaxterArm
-from ..core.arrays import Array
-from ..core.joints import mount
-from ..core.joints import POSITION_LOWER
-from ..core.joints import POSITION_UPPER
+from ..model.arm import BaxterArm
+from ..model.arrays import Array
+from ..model.joints import mount, POSITION_LOWER, POSITION_UPPER
 
 RAMP = 2.0  # [s] in which the reference comes up to speed, so that it starts without a jump
 _CORRECTION = 5.0  # [1/s] with which the integrated reference is held to the curve

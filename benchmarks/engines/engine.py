@@ -1,8 +1,7 @@
 """What an engine of the benchmark is: its calls, as bare as it hands them out."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from dataclasses import field
+from dataclasses import dataclass, field
 
 CALLS = ('tau', 'split', 'matrices', 'forward', 'batch')
 

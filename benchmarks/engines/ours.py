@@ -1,16 +1,13 @@
 """BaxterArm with NumPy alone: as it is used, the engine inside it, and the generated function."""
 
-from itertools import cycle
-from itertools import islice
-from math import cos
-from math import sin
+from itertools import cycle, islice
+from math import cos, sin
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core import _closed_form
+from baxter_dynamics_ros.model import _closed_form
 import numpy as np
 
-from .engine import CALLS
-from .engine import Engine
+from .engine import CALLS, Engine
 
 PYTHON = 'python'
 

@@ -1,7 +1,6 @@
 """BaxterArm with numba: as it is used, the engine inside it, and the compiled function alone."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import compiled
+from baxter_dynamics_ros import BaxterArm, compiled
 import numpy as np
 
 from .engine import Engine

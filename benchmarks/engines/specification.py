@@ -1,6 +1,6 @@
 """Our equations (5) to (11) as the paper prints them: what everything else is compared with."""
 
-from baxter_dynamics_ros.core import lagrange_euler
+from baxter_dynamics_ros.model import lagrange_euler
 
 from .engine import Engine
 
@@ -13,4 +13,4 @@ def engines(arm) -> list:
         return lagrange_euler.inverse_dynamics(parameters, q, qd, qdd, gravity)
 
     return [Engine(name='ours, equations as printed', tau=tau,
-                   notes={'tau': 'core/lagrange_euler.py: what all others must agree with'})]
+                   notes={'tau': 'model/lagrange_euler.py: what all others must agree with'})]

@@ -1,6 +1,6 @@
 """The arm as a URDF, for the engines that read one."""
 
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
 
 

@@ -1,7 +1,6 @@
 """Nothing is timed that does not agree with the equations as printed."""
 
-from baxter_dynamics_ros.core import joints
-from baxter_dynamics_ros.core import lagrange_euler
+from baxter_dynamics_ros.model import joints, lagrange_euler
 import numpy as np
 
 

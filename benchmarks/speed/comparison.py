@@ -6,14 +6,11 @@ from math import inf
 from statistics import median
 
 from baxter_dynamics_ros import BaxterArm
-from engines import load
-from engines import MODULES
+from engines import load, MODULES
 
-from .agreement import random_states
-from .agreement import Reference
+from .agreement import random_states, Reference
 from .memory import extra_memory
-from .timing import alternate
-from .timing import over_states
+from .timing import alternate, over_states
 
 BASE = 'Pinocchio'
 OURS = 'ours'  # the names of our engines begin with it

@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 import platform
 
-from .comparison import BATCH
-from .comparison import GROWTH
+from .comparison import BATCH, GROWTH
 from .targets import verdicts
 
 PACKAGES = ('numpy', 'numba', 'pin', 'mujoco', 'pybullet', 'drake', 'roboticstoolbox-python',

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from .comparison import BATCH
-from .comparison import GROWTH
+from .comparison import BATCH, GROWTH
 
 LINEAR = 1.3  # a larger batch may take so much more a state than the smallest
 # [bytes] a state that a larger batch may take beyond arguments and result, which have 224.

@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 import gc
-from itertools import cycle
-from itertools import islice
+from itertools import cycle, islice
 from time import perf_counter
 
 

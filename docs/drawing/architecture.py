@@ -9,23 +9,22 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
-from rooms import Room
-from rooms import rooms
+from rooms import Room, rooms
 
 # Where the boxes are: left edge, lower edge, width; all are as high as HEIGHT.
 PLACES = {
     'cli': (0.0, 7.7, 12.0),
     'report': (1.2, 5.8, 2.6), 'calibration': (4.3, 5.8, 2.4),
-    'offline': (1.2, 3.9, 3.7), 'ros': (5.9, 3.9, 2.9), 'export': (9.6, 3.9, 2.4),
-    'newton_euler': (0.0, 2.0, 2.3), 'signals': (2.8, 2.0, 4.8), 'simulation': (8.0, 2.0, 1.95),
+    'recordings': (1.2, 3.9, 3.7), 'nodes': (5.9, 3.9, 2.9), 'export': (9.6, 3.9, 2.4),
+    'newton_euler': (0.0, 2.0, 2.3), 'estimation': (2.8, 2.0, 4.8), 'simulation': (8.0, 2.0, 1.95),
     'closed_form': (10.1, 2.0, 1.9),
-    'core': (0.0, 0.0, 8.0), 'compiled': (8.75, 0.0, 3.25)}
+    'model': (0.0, 0.0, 8.0), 'compiled': (8.75, 0.0, 3.25)}
 HEIGHT = 1.3
 FACE, NUMPY_ALONE, EDGE = '#eef2f7', '#dcefe0', '#4a5a6a'
 CAPTION = ('An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import core, cli '
            'imports nearly all.\nGreen: NumPy and the standard library alone. In italics: the '
            'libraries that a room keeps to itself.')
-OURS = ('core', 'signals')  # import NumPy alone
+OURS = ('model', 'estimation')  # import NumPy alone
 
 
 def draw(path: Path) -> None:
@@ -64,7 +63,7 @@ def _box(axes: Axes, room: Room) -> None:
 def _arrows(axes: Axes, room: Room) -> None:
     for names, style in ((room.imports, '-'), (room.late, '--')):
         for name in names:
-            if name != 'core':
+            if name != 'model':
                 axes.annotate('', _end(name, room.name), _end(room.name, name), arrowprops={
                     'arrowstyle': '-|>', 'color': EDGE, 'linestyle': style, 'shrinkA': 0,
                     'shrinkB': 0})

@@ -7,13 +7,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .sheet import FAINT
-from .sheet import INK
-from .sheet import MODEL
-from .sheet import OTHER
-from .sheet import styled
-from .sheet import WIDTH
-from .sheet import write
+from .sheet import FAINT, INK, MODEL, OTHER, styled, WIDTH, write
 
 _HEIGHT = 2.6  # [in]
 

@@ -5,28 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.core.joints import N_JOINTS
-from baxter_dynamics_ros.core.joints import POSITION_LOWER
-from baxter_dynamics_ros.core.joints import POSITION_UPPER
-from baxter_dynamics_ros.core.joints import S1
-from baxter_dynamics_ros.core.presliding import Presliding
-from baxter_dynamics_ros.simulation.robot import FakeBaxter
-from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER, S1
+from baxter_dynamics_ros.model.presliding import Presliding
+from baxter_dynamics_ros.simulation.robot import FakeBaxter, JOINT_STATE_NAMES
 from baxter_dynamics_ros.simulation.sensors import EFFORT_QUANTUM
 from matplotlib.ticker import MultipleLocator
 import numpy as np
 
-from .sheet import FAINT
-from .sheet import legend
-from .sheet import MODEL
-from .sheet import OTHER
-from .sheet import panels
-from .sheet import styled
-from .sheet import TRUE
-from .sheet import write
-from .sheet import WRONG
+from .sheet import FAINT, legend, MODEL, OTHER, panels, styled, TRUE, write, WRONG
 
 # Elbow straight and bent: e1 [rad].
 _ELBOWS = {'arm stretched out (e1 0)': 0.0, 'elbow bent (e1 1.57)': np.pi / 2}

@@ -4,34 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.report.drawing import draw_band
-from baxter_dynamics_ros.report.drawing import frame
-from baxter_dynamics_ros.report.drawing import zero_line
+from baxter_dynamics_ros import BaxterArm, JOINTS, mount
+from baxter_dynamics_ros.report.drawing import draw_band, frame, zero_line
 from baxter_dynamics_ros.report.figures import STROKES
-from baxter_dynamics_ros.simulation.trajectories import PERIODS
-from baxter_dynamics_ros.simulation.trajectories import RAMP
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros.simulation.trajectories import PERIODS, RAMP, Reference
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from measured.experiment import evaluation
-from measured.experiment import rows
-from measured.experiment import SETS
-from measured.experiment import SIDE
+from measured.experiment import evaluation, rows, SETS, SIDE
 import numpy as np
 
-from .sheet import FAINT
-from .sheet import legend
-from .sheet import MODEL
-from .sheet import OTHER
-from .sheet import panels
-from .sheet import styled
-from .sheet import TRUE
-from .sheet import WIDTH
-from .sheet import write
-from .sheet import WRONG
+from .sheet import FAINT, legend, MODEL, OTHER, panels, styled, TRUE, WIDTH, write, WRONG
 
 _DT = 0.02  # [s]
 _INTERVALS = 1000  # that a line is drawn with

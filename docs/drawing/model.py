@@ -5,26 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.core.lagrange_euler import transform
-from baxter_dynamics_ros.core.parameters import ArmParameters
-from baxter_dynamics_ros.simulation.trajectories import PERIODS
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros import JOINTS, mount
+from baxter_dynamics_ros.model.lagrange_euler import transform
+from baxter_dynamics_ros.model.parameters import ArmParameters
+from baxter_dynamics_ros.simulation.trajectories import PERIODS, Reference
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from measured.model import Manufacturer
-from measured.model import SIDE
-from measured.model import variant
+from measured.model import Manufacturer, SIDE, variant
 import numpy as np
 
-from .sheet import legend
-from .sheet import MODEL
-from .sheet import panels
-from .sheet import styled
-from .sheet import TRUE
-from .sheet import write
-from .sheet import WRONG
+from .sheet import legend, MODEL, panels, styled, TRUE, write, WRONG
 
 _DT = 0.01  # [s]
 _STYLES: dict[str, dict[str, Any]] = {

@@ -7,11 +7,7 @@ from functools import wraps
 from pathlib import Path
 from typing import Any
 
-from baxter_dynamics_ros.report.drawing import ALERT
-from baxter_dynamics_ros.report.drawing import FAINT
-from baxter_dynamics_ros.report.drawing import INK
-from baxter_dynamics_ros.report.drawing import STYLE
-from baxter_dynamics_ros.report.drawing import svg
+from baxter_dynamics_ros.report.drawing import ALERT, FAINT, INK, STYLE, svg
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
-from typing import Iterator
+from typing import Any, Iterator
 
 from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros.calibration.calibrate import calibrate
-from baxter_dynamics_ros.cli.experiment import START_UP
-from baxter_dynamics_ros.cli.experiment import TOPIC
-from baxter_dynamics_ros.cli.experiment import whole_periods
-from baxter_dynamics_ros.core.paper_tables import TABLE_V
-from baxter_dynamics_ros.core.paper_tables import TABLE_V_SUM
-from baxter_dynamics_ros.offline.evaluation import Evaluator
-from baxter_dynamics_ros.offline.results import Evaluation
-from baxter_dynamics_ros.simulation.excitation import DURATION
-from baxter_dynamics_ros.simulation.recording import record
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
+from baxter_dynamics_ros.cli.experiment import START_UP, TOPIC, whole_periods
+from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
+from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
+from baxter_dynamics_ros.recordings.evaluation_results import Evaluation
+from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION
+from baxter_dynamics_ros.simulation.recorder import record
 from baxter_dynamics_ros.simulation.robot import FakeBaxter
 import numpy as np
 

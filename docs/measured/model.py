@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros.core.composite import CompositeDynamics
-from baxter_dynamics_ros.core.joints import N_JOINTS
-from baxter_dynamics_ros.core.joints import POSITION_LOWER
-from baxter_dynamics_ros.core.joints import POSITION_UPPER
-from baxter_dynamics_ros.core.paper_tables import GRAVITY
-from baxter_dynamics_ros.core.parameters import CORRECTIONS
-from baxter_dynamics_ros.core.parameters import inertia_about_origin
-from baxter_dynamics_ros.core.parameters import INERTIA_AT_ORIGIN
-from baxter_dynamics_ros.core.parameters import paper_parameters
-from baxter_dynamics_ros.core.parameters import pseudo_inertia_as_printed
-from baxter_dynamics_ros.core.parameters import THETA_2_OFFSET
+from baxter_dynamics_ros import BaxterArm, JOINTS, mount
+from baxter_dynamics_ros.model.composite import CompositeDynamics
+from baxter_dynamics_ros.model.joints import N_JOINTS, POSITION_LOWER, POSITION_UPPER
+from baxter_dynamics_ros.model.paper_tables import GRAVITY
+from baxter_dynamics_ros.model.parameters import (CORRECTIONS, inertia_about_origin,
+                                                  INERTIA_AT_ORIGIN, paper_parameters,
+                                                  pseudo_inertia_as_printed, THETA_2_OFFSET)
 from baxter_dynamics_ros.newton_euler import NewtonEuler
 from baxter_dynamics_ros.simulation.description import arm_description
 import numpy as np

@@ -7,7 +7,7 @@ import sqlite3
 import struct
 from typing import NamedTuple
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 

@@ -3,12 +3,12 @@
 import os
 import re
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.offline.bags import open_bag  # noqa: E402, I100
-from baxter_dynamics_ros.offline.diagnosis import BagError  # noqa: E402
+from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.diagnosis import BagError  # noqa: E402
 
 TOPIC = '/robot/joint_states'
 RIGHT, LEFT = joint_names('right'), joint_names('left')

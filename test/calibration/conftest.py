@@ -2,15 +2,13 @@
 
 from functools import lru_cache
 
-from baxter_dynamics_ros.calibration.motion import Motion
+from baxter_dynamics_ros.calibration.fit_data import Motion
 from baxter_dynamics_ros.calibration.term import Sample
 from baxter_dynamics_ros.calibration.terms import dahl_lengths
-from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.core.presliding import Presliding
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS
+from baxter_dynamics_ros.model.presliding import Presliding
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import numpy as np
 import pytest
 
@@ -133,7 +131,7 @@ class KnownRobot:
     @lru_cache
     def calibrated(self, kind):
         """Return what is found in them."""
-        from baxter_dynamics_ros.calibration.calibrate import calibrate  # needs SciPy
+        from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # needs SciPy
         return calibrate(self.recordings(kind))
 
     @staticmethod

@@ -1,15 +1,15 @@
 """What the data do not show is named, and what cannot be fitted to is refused; --only, and lag."""
 
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
 import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402, I100
 from baxter_dynamics_ros.calibration.checks import CalibrationError  # noqa: E402
-from baxter_dynamics_ros.calibration.motion import observe  # noqa: E402
+from baxter_dynamics_ros.calibration.fit_data import observe  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
 

@@ -1,17 +1,14 @@
 """Sums are sums, solutions are least squares with priors and bounds, and noise is what it is."""
 
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
 from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402, I100
-from baxter_dynamics_ros.calibration.noise import correlation_times  # noqa: E402
-from baxter_dynamics_ros.calibration.noise import SHORTEST  # noqa: E402
-from baxter_dynamics_ros.calibration.normal import NormalEquations  # noqa: E402
-from baxter_dynamics_ros.calibration.normal import Regressor  # noqa: E402
-from baxter_dynamics_ros.calibration.normal import solve  # noqa: E402
+from baxter_dynamics_ros.calibration.noise import correlation_times, SHORTEST  # noqa: E402
+from baxter_dynamics_ros.calibration.normal import NormalEquations, Regressor, solve  # noqa: E402
 from baxter_dynamics_ros.calibration.selection import LeftOut  # noqa: E402
 from baxter_dynamics_ros.calibration.term import Parameter  # noqa: E402
 from baxter_dynamics_ros.calibration.terms import all_terms  # noqa: E402

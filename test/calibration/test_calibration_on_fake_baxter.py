@@ -3,21 +3,20 @@
 from functools import lru_cache
 
 from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import EffortModel, SPRING_COEFFICIENTS
+from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402, I100
 from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
-from baxter_dynamics_ros.calibration.motion import observe  # noqa: E402
-from baxter_dynamics_ros.simulation.excitation import DURATION  # noqa: E402
-from baxter_dynamics_ros.simulation.recording import record  # noqa: E402
+from baxter_dynamics_ros.calibration.fit_data import observe  # noqa: E402
+from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION  # noqa: E402
+from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 
 ARM = 'left'

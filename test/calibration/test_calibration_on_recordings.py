@@ -3,19 +3,18 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
-from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 pytest.importorskip('rosbags', reason='needs rosbags: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402, I100
-from baxter_dynamics_ros.offline.playback import play  # noqa: E402
-from baxter_dynamics_ros.offline.recordings import open_recordings  # noqa: E402
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.playback import play  # noqa: E402
+from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402
 
 # RMS of what may be left over [N m].
 OTHERS = np.array([0.60, 0.50, 0.45, 0.32, 0.11, 0.12, 0.08])

@@ -2,19 +2,18 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.core.effort import SPRING_COEFFICIENTS
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
 from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402, I100
-from baxter_dynamics_ros.calibration.calibrate import calibrate  # noqa: E402
-from baxter_dynamics_ros.calibration.fit import Fit  # noqa: E402
-from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
-from baxter_dynamics_ros.calibration.motion import observe  # noqa: E402
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402
+from baxter_dynamics_ros.calibration.fit import Fit, residual  # noqa: E402
+from baxter_dynamics_ros.calibration.fit_data import observe  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
 

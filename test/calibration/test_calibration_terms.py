@@ -1,18 +1,16 @@
 """Each term's columns are what its deviations add to the node's prediction; bodies stay bodies."""
 
-from baxter_dynamics_ros.core import parameters as inertial
-from baxter_dynamics_ros.core.exceptions import ArgumentError
-from baxter_dynamics_ros.core.presliding import Presliding
-from baxter_dynamics_ros.signals.predictor import Estimate
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model import parameters as inertial
+from baxter_dynamics_ros.model.exceptions import ArgumentError
+from baxter_dynamics_ros.model.presliding import Presliding
+from baxter_dynamics_ros.estimation.predictor import Estimate
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402, I100
-from baxter_dynamics_ros.calibration.body_terms import Tilt  # noqa: E402
-from baxter_dynamics_ros.calibration.body_terms import Tool  # noqa: E402
+from baxter_dynamics_ros.calibration.body_terms import Links, Tilt, Tool  # noqa: E402, I100
 from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
 from baxter_dynamics_ros.calibration.terms import all_terms  # noqa: E402
 

@@ -7,11 +7,9 @@ import pickle
 import subprocess
 import sys
 
-from baxter_dynamics_ros import ArgumentError
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core import closed_form
-from baxter_dynamics_ros.core.parameters import ArmParameters
-from baxter_dynamics_ros.core.parameters import paper_parameters
+from baxter_dynamics_ros import ArgumentError, BaxterArm
+from baxter_dynamics_ros.model import closed_form
+from baxter_dynamics_ros.model.parameters import ArmParameters, paper_parameters
 import numpy as np
 import pytest
 

@@ -1,15 +1,13 @@
 """The one formulation, on floats, on arrays and on symbols, against the matrix equations."""
 
-from baxter_dynamics_ros.core.composite import CompositeDynamics
+from baxter_dynamics_ros.model.composite import CompositeDynamics
 import numpy as np
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
 from baxter_dynamics_ros.closed_form import frames  # noqa: E402,I100
-from baxter_dynamics_ros.closed_form.quantities import CONSTANTS  # noqa: E402
-from baxter_dynamics_ros.closed_form.quantities import formulate  # noqa: E402
-from baxter_dynamics_ros.core import lagrange_euler  # noqa: E402
-from baxter_dynamics_ros.core import paper_tables  # noqa: E402
+from baxter_dynamics_ros.closed_form.quantities import CONSTANTS, formulate  # noqa: E402
+from baxter_dynamics_ros.model import lagrange_euler, paper_tables  # noqa: E402
 
 EXACT = {'rtol': 0.0, 'atol': 1e-12}
 

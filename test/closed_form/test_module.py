@@ -1,10 +1,8 @@
 """The generated module is what the generator writes, and runs without it."""
 
-from baxter_dynamics_ros.closed_form.quantities import CONSTANTS
-from baxter_dynamics_ros.closed_form.quantities import formulate
-from baxter_dynamics_ros.closed_form.quantities import QUANTITIES
-from baxter_dynamics_ros.closed_form.quantities import TILTED_REGRESSOR
-from baxter_dynamics_ros.core import _closed_form
+from baxter_dynamics_ros.closed_form.quantities import (CONSTANTS, formulate, QUANTITIES,
+                                                        TILTED_REGRESSOR)
+from baxter_dynamics_ros.model import _closed_form
 import numpy as np
 import pytest
 
@@ -35,7 +33,7 @@ def test_regenerated_text_is_the_same():
     from baxter_dynamics_ros.closed_form.module import module_text
     with open(_closed_form.__file__, encoding='utf-8') as file:
         assert file.read() == module_text(), (
-            'core/_closed_form.py is out of date: run python -m baxter_dynamics_ros.closed_form')
+            'model/_closed_form.py is out of date: run python -m baxter_dynamics_ros.closed_form')
 
 
 def test_command_writes_the_whole_module(tmp_path):

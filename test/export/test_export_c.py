@@ -7,9 +7,8 @@ import re
 import shutil
 import subprocess
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.exceptions import ArgumentError
+from baxter_dynamics_ros import BaxterArm, Payload
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.export import c
 from baxter_dynamics_ros.export.c_support import BLOCK
 from baxter_dynamics_ros.export.functions import constants

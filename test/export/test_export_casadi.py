@@ -2,10 +2,8 @@
 
 import importlib.util
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.export.functions import constants
-from baxter_dynamics_ros.export.functions import SYMBOLS
+from baxter_dynamics_ros import BaxterArm, Payload
+from baxter_dynamics_ros.export.functions import constants, SYMBOLS
 import numpy as np
 import pytest
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive: pip install casadi')
-from baxter_dynamics_ros.core.exceptions import ArgumentError  # noqa: E402,I100
+from baxter_dynamics_ros.model.exceptions import ArgumentError  # noqa: E402,I100
 from baxter_dynamics_ros.export import latex  # noqa: E402
 from baxter_dynamics_ros.export.functions import constants  # noqa: E402
 from baxter_dynamics_ros.export.legend import parameters  # noqa: E402

@@ -4,9 +4,8 @@ import os
 import subprocess
 import sys
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.exceptions import ArgumentError
+from baxter_dynamics_ros import BaxterArm, Payload
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.export import numba_file
 from baxter_dynamics_ros.export.legend import parameters
 import numpy as np

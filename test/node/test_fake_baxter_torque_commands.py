@@ -1,6 +1,6 @@
 """Torque commands to the fake Baxter: matched by name, refused where not wholly good, logged."""
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState

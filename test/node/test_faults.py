@@ -10,10 +10,10 @@ import sys
 import time
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.ros import topics
-from baxter_dynamics_ros.ros.messages import joint_state
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes import topics
+from baxter_dynamics_ros.nodes.messages import joint_state
 import numpy as np
 import pytest
 import rclpy

@@ -5,9 +5,8 @@ import subprocess
 import sys
 import time
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.ros.messages import joint_state
-from baxter_dynamics_ros.ros.messages import stamp_ns
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 import numpy as np
 import pytest
 import rclpy

@@ -6,8 +6,8 @@ import subprocess
 import sys
 import time
 
-from baxter_dynamics_ros.ros import topics
-from baxter_dynamics_ros.ros.process import run
+from baxter_dynamics_ros.nodes import topics
+from baxter_dynamics_ros.nodes.process import run
 import numpy as np
 import pytest
 import rclpy

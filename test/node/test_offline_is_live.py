@@ -2,16 +2,16 @@
 
 import json
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.ros.messages import stamp_ns
-from baxter_dynamics_ros.signals.settings import DEFAULTS
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes.messages import stamp_ns
+from baxter_dynamics_ros.estimation.settings import DEFAULTS
 import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags: pip install ".[offline]"')
 pytest.importorskip('jinja2', reason='needs Jinja2: pip install ".[offline]"')
 
-from baxter_dynamics_ros.offline.parameter_file import write_parameters  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.parameter_file import write_parameters  # noqa: E402, I100
 from rosbags.highlevel import AnyReader  # noqa: E402
 
 CALIBRATION = {

@@ -1,6 +1,6 @@
 """Real recordings streamed through the running node, and quickly: the residual is small."""
 
-from baxter_dynamics_ros.core.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 

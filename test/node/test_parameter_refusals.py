@@ -5,13 +5,11 @@ import math
 from threading import Timer
 
 from baxter_dynamics_ros.cli.processes import NodeProcess
-from baxter_dynamics_ros.ros.torque_predictor import main
-from baxter_dynamics_ros.signals.arms import named_settings
-from baxter_dynamics_ros.signals.settings import SETTINGS
+from baxter_dynamics_ros.nodes.torque_predictor import main
+from baxter_dynamics_ros.estimation.arms import named_settings
+from baxter_dynamics_ros.estimation.settings import SETTINGS
 import pytest
-from rcl_interfaces.srv import GetParameters
-from rcl_interfaces.srv import SetParameters
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 import rclpy
 from rclpy.parameter import Parameter
 

@@ -2,15 +2,12 @@
 
 from pathlib import Path
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros import mount
-from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.signals.settings import SETTINGS
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.estimation.settings import SETTINGS
 import numpy as np
 import pytest
-from rcl_interfaces.srv import DescribeParameters
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 
 CONFIG = Path(__file__).parents[2] / 'config'

@@ -1,10 +1,9 @@
 """The two services: right by name, clear when they cannot answer."""
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.core.effort import EffortModel
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.ros.messages import joint_state
-from baxter_dynamics_ros.ros.messages import stamp_ns
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 import numpy as np
 import pytest
 

@@ -3,12 +3,10 @@
 from pathlib import Path
 import tracemalloc
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.ros.messages import from_field
-from baxter_dynamics_ros.ros.messages import joint_state
-from baxter_dynamics_ros.ros.messages import stamp_ns
-from baxter_dynamics_ros.signals.events import Event
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes.messages import from_field, joint_state, stamp_ns
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
 import pytest

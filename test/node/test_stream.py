@@ -1,7 +1,7 @@
 """The node on a stream: what it publishes is what the stream handler computes, and is right."""
 
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 from perfect_robot import measured
 import pytest

@@ -3,8 +3,8 @@
 import time
 
 from arrivals import bursts
-from baxter_dynamics_ros.core.joints import joint_names
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 from perfect_robot import measured
 import pytest

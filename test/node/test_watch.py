@@ -11,7 +11,7 @@ import sys
 import termios
 import time
 
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
 import pytest
 

@@ -1,15 +1,13 @@
 """A parameter file as calibrate writes it starts the node, with these very parameters."""
 
-from baxter_dynamics_ros.signals.settings import DEFAULTS
-from baxter_dynamics_ros.signals.settings import PredictorSettings
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import pytest
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 
 pytest.importorskip('yaml', reason='parameter files need PyYAML: pip install pyyaml')
 
-from baxter_dynamics_ros.offline.parameter_file import read_parameters  # noqa: E402, I100
-from baxter_dynamics_ros.offline.parameter_file import write_parameters  # noqa: E402
+from baxter_dynamics_ros.recordings.parameter_file import (read_parameters, write_parameters)  # noqa: E402, I100
 
 
 @pytest.mark.parametrize('written', ['every setting', 'the arm alone'])

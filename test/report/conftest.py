@@ -3,17 +3,11 @@
 from dataclasses import replace
 
 from baxter_dynamics_ros.calibration.lag import Lag
-from baxter_dynamics_ros.calibration.results import Calibration
-from baxter_dynamics_ros.calibration.results import Fitted
-from baxter_dynamics_ros.calibration.results import Judged
+from baxter_dynamics_ros.calibration.calibration_results import Calibration, Fitted, Judged
 from baxter_dynamics_ros.calibration.selection import Step
-from baxter_dynamics_ros.offline.results import Band
-from baxter_dynamics_ros.offline.results import ErrorStatistics
-from baxter_dynamics_ros.offline.results import ESTIMATORS
-from baxter_dynamics_ros.offline.results import Evaluation
-from baxter_dynamics_ros.offline.results import METHODS
-from baxter_dynamics_ros.offline.results import TERMS
-from baxter_dynamics_ros.signals.settings import DEFAULTS
+from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
+                                                               Evaluation, METHODS, TERMS)
+from baxter_dynamics_ros.estimation.settings import DEFAULTS
 import numpy as np
 import pytest
 
@@ -80,7 +74,7 @@ def links():
 @pytest.fixture(scope='session')
 def calibration_report(calibration, links, tmp_path_factory):
     """Return the page on a calibration with all there can be, written over an old one."""
-    from baxter_dynamics_ros.report.calibration import write_calibration
+    from baxter_dynamics_ros.report.calibration_report import write_calibration
     path = tmp_path_factory.mktemp('calibration') / 'my robot.html'
     path.write_text('old')
     hostile = '=<script>alert("x")</script> & \'../a b\'\udcff'

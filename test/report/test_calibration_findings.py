@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.results import Fitted
+from baxter_dynamics_ros.calibration.calibration_results import Fitted
 import numpy as np
 import pytest
 

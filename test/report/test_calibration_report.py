@@ -6,11 +6,10 @@ from html import unescape
 import re
 from xml.etree import ElementTree
 
-from baxter_dynamics_ros.calibration.results import Fitted
-from baxter_dynamics_ros.calibration.results import Judged
+from baxter_dynamics_ros.calibration.calibration_results import Fitted, Judged
 from baxter_dynamics_ros.calibration.selection import Step
-from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
 import pytest
 
@@ -30,7 +29,7 @@ def rich(calibration_report):
 @pytest.fixture(scope='module')
 def poor(nothing_kept, tmp_path_factory):
     """Return the page where there is least to say, of one recording."""
-    from baxter_dynamics_ros.report.calibration import write_calibration
+    from baxter_dynamics_ros.report.calibration_report import write_calibration
     path = tmp_path_factory.mktemp('poor') / 'new' / 'report.html'
     write_calibration(path, nothing_kept, 'calibrate', 'their.yml')
     return path.read_text(encoding='utf-8')
@@ -169,7 +168,7 @@ def test_what_is_not_there_is_said(poor):
 
 
 def test_written_whole_or_not_at_all(nothing_kept, tmp_path):
-    from baxter_dynamics_ros.report.calibration import write_calibration
+    from baxter_dynamics_ros.report.calibration_report import write_calibration
     (tmp_path / 'folder.html').mkdir()
     with pytest.raises(BaxterDynamicsError, match='folder.html'):
         write_calibration(tmp_path / 'folder.html', nothing_kept, '')
@@ -258,8 +257,7 @@ def test_the_spring_is_shaded_where_it_was_measured(calibration):
 
 
 def test_friction_with_a_memory_is_a_loop(calibration):
-    from baxter_dynamics_ros.report.model_figures import effort_model
-    from baxter_dynamics_ros.report.model_figures import friction_loop
+    from baxter_dynamics_ros.report.model_figures import effort_model, friction_loop
     angle, friction = friction_loop(effort_model(calibration.values), 1)
     assert (angle.min(), angle.max()) == pytest.approx((-0.1, 0.1), abs=1e-3)
     # Over 0.2 rad z goes from -a to a = tanh(0.2 / (2 0.05)).

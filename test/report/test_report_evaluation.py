@@ -7,13 +7,10 @@ from html.parser import HTMLParser
 import json
 import re
 
-from baxter_dynamics_ros.core.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.core.joints import JOINTS
-from baxter_dynamics_ros.core.paper_tables import TABLE_V
-from baxter_dynamics_ros.core.paper_tables import TABLE_V_SUM
-from baxter_dynamics_ros.offline.results import ESTIMATORS
-from baxter_dynamics_ros.offline.results import METHODS
-from baxter_dynamics_ros.offline.results import TERMS
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
+from baxter_dynamics_ros.recordings.evaluation_results import ESTIMATORS, METHODS, TERMS
 import pytest
 
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
@@ -32,7 +29,7 @@ def one(evaluate):
 @pytest.fixture(scope='module')
 def single(one, tmp_path_factory):
     """Return the folder of the report on it."""
-    from baxter_dynamics_ros.report.evaluation import write_evaluation
+    from baxter_dynamics_ros.report.evaluation_report import write_evaluation
     folder = tmp_path_factory.mktemp('single') / 'new' / 'report'
     write_evaluation(folder, [one], one, 'evaluate "a&b" <c>', 'my.yaml')
     return folder
@@ -41,8 +38,7 @@ def single(one, tmp_path_factory):
 @pytest.fixture(scope='module')
 def several(evaluate, too_short, tmp_path_factory):
     """Return the folder of the report on three recordings, written over what was there."""
-    from baxter_dynamics_ros.report.evaluation import Total
-    from baxter_dynamics_ros.report.evaluation import write_evaluation
+    from baxter_dynamics_ros.report.evaluation_report import Total, write_evaluation
     folder = tmp_path_factory.mktemp('several')
     (folder / 'notes.txt').write_text('mine')
     (folder / 'report.html').write_text('old')
@@ -238,7 +234,7 @@ def test_several_recordings(several, evaluate):
 
 
 def test_a_recording_judged_without_alignment_has_two_accelerations(tmp_path, one):
-    from baxter_dynamics_ros.report.evaluation import write_evaluation
+    from baxter_dynamics_ros.report.evaluation_report import write_evaluation
     live = replace(one, estimators={name: one.estimators[name] for name in ESTIMATORS[:2]})
     write_evaluation(tmp_path, [live], live, '', '')
     assert Page(tmp_path).table('RMS of the error')['joint'] == ['first difference', 'live']

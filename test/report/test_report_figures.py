@@ -4,8 +4,7 @@ from dataclasses import replace
 import re
 from xml.etree import ElementTree
 
-from baxter_dynamics_ros.offline.results import ESTIMATORS
-from baxter_dynamics_ros.offline.results import METHODS
+from baxter_dynamics_ros.recordings.evaluation_results import ESTIMATORS, METHODS
 import numpy as np
 import pytest
 
@@ -179,8 +178,7 @@ def test_findings(evaluate):
 
 
 def test_remarks(evaluate, too_short):
-    from baxter_dynamics_ros.report.findings import findings
-    from baxter_dynamics_ros.report.findings import remarks
+    from baxter_dynamics_ros.report.findings import findings, remarks
     same, apart = dict(remarks(evaluate())), dict(remarks(evaluate(apart=0.1)))
     assert 'have the same errors' in same['Two methods']
     assert 'should not' in apart['Two methods']

@@ -3,7 +3,7 @@
 from itertools import product
 import shutil
 
-from baxter_dynamics_ros.core.joints import JOINTS
+from baxter_dynamics_ros.model.joints import JOINTS
 import pytest
 
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
@@ -64,8 +64,7 @@ def browser():
 @pytest.fixture(scope='module')
 def report(evaluate, tmp_path_factory):
     """Return the report on two recordings, the second without effort."""
-    from baxter_dynamics_ros.report.evaluation import Total
-    from baxter_dynamics_ros.report.evaluation import write_evaluation
+    from baxter_dynamics_ros.report.evaluation_report import Total, write_evaluation
     folder = tmp_path_factory.mktemp('report')
     first = evaluate(LONG, warnings=['stamps <b>look</b> like times of arrival'])
     second = evaluate('second', effort=False)

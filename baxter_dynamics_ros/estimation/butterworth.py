@@ -1,0 +1,74 @@
+"""The filtered derivative: a second-order Butterworth low-pass that yields its own derivative."""
+
+from math import log, pi, sqrt
+
+import numpy as np
+
+from ..model.arrays import Array
+
+DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
+
+
+class ButterworthDerivative:
+    r"""
+    Low-pass u and differentiate it: x'' = w^2 (u - x) - 2 zeta w x'.
+
+    Integrated by the trapezoidal rule with the true time step of every sample, which is stable
+    for any step. x follows u, and x' follows du/dt, with the same delay.
+
+    Parameters
+    ----------
+    cutoff : float
+        Cut-off frequency w / (2 pi) [Hz].
+
+    Attributes
+    ----------
+    value, derivative : ndarray
+        x, in u's unit, and x', in u's unit per second.
+    delay : float
+        Group delay of x and of x' at low frequency [s]: 2 zeta / w.
+    settling_time : float
+        Time in which the envelope of what the filter began with decays to 1 % [s].
+
+    """
+
+    def __init__(self, cutoff: float) -> None:
+        self._w = 2 * pi * cutoff
+        self._dt: float | None = None
+        # What a step of dt makes of the state, as a matrix on its right.
+        self._step: Array = np.zeros((3, 3))
+        # (..., 3): x', and u - x at the last sample and at the newest.
+        self._state: Array = np.zeros(3)
+        self.value: Array = np.zeros(())
+        self.derivative: Array = np.zeros(())
+        self.delay = 2 * DAMPING / self._w
+        self.settling_time = log(100.0) / (DAMPING * self._w)
+
+    def reset(self, u: Array) -> None:
+        """Start at rest at u, any shape."""
+        self._state = np.zeros(np.shape(u) + (3,))
+        self.value = u
+        self.derivative = self._state[..., 0]
+
+    def update(self, u: Array, dt: float) -> None:
+        """
+        Take the next sample, dt seconds after the last.
+
+        With a dt of zero the state stays, and the next step starts from u.
+        """
+        if dt != self._dt:
+            self._dt, self._step = dt, self._trapezoid(dt)
+        self._state[..., 2] = u - self.value
+        self._state = self._state.dot(self._step)  # x', u - x, and what x moves by
+        self.derivative = self._state[..., 0]
+        self.value = self.value + self._state[..., 2]
+
+    def _trapezoid(self, dt: float) -> Array:
+        """Return the matrix of a step of dt [s], (3, 3): the trapezoidal rule solved for it."""
+        a = dt * self._w * DAMPING
+        b = (dt * self._w) ** 2 / 4
+        c = dt * self._w ** 2 / 2
+        s = 1 / (1 + a + b)
+        return np.array([(1 - a - b) * s, -dt * s, dt * s,
+                         c * s, -b * s, b * s,
+                         c * s, (1 + a) * s, b * s]).reshape(3, 3)

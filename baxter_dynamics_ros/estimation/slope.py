@@ -1,0 +1,49 @@
+"""Velocity from positions, for robots that publish none: least-squares slope over a window."""
+
+from collections import deque
+
+import numpy as np
+
+from .continuity import SHORTEST_PERIOD
+from ..model.arrays import Array
+
+WINDOW = 0.030  # [s]
+_TOLERANCE = 0.1  # of the window, so that jitter does not decide how many samples are in it
+
+
+class PositionSlope:
+    """
+    Least-squares slope of the positions of the last 30 ms.
+
+    The window is longer at low rates, and where stamps of arrival come in bunches: over less than
+    SHORTEST_PERIOD a slope means nothing.
+    """
+
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, Array]] = deque()
+        self._slope: Array | None = None  # [rad/s]
+        self.lag = 0.0  # how far behind the last position the slope is [s]
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self._samples.clear()
+        self._slope = None
+        self.lag = 0.0
+
+    def update(self, t: float, q: Array) -> Array:
+        """Take position q (7,) [rad] at t [s]; return the slope (7,) [rad/s], zero at first."""
+        samples = self._samples
+        if samples and samples[-1][0] == t:
+            samples.pop()
+        samples.append((t, q))
+        while (samples[0][0] < t - WINDOW * (1 + _TOLERANCE)
+               and samples[1][0] <= t - SHORTEST_PERIOD):
+            samples.popleft()
+        if samples[0][0] > t - SHORTEST_PERIOD:
+            return np.zeros(np.shape(q)) if self._slope is None else self._slope
+        times = np.array([sample[0] for sample in samples])
+        mean = times.mean()
+        weights = times - mean
+        self.lag = t - mean
+        self._slope = weights @ np.array([sample[1] for sample in samples]) / (weights @ weights)
+        return self._slope

@@ -1,0 +1,12 @@
+"""The types of arrays, for annotations; their shapes are said in docstrings."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ['Array', 'ArrayLike', 'Bools', 'Indices']
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.integer[Any]]  # whole numbers: places in arrays, stamps

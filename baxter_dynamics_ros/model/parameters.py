@@ -1,0 +1,284 @@
+"""
+From the paper's tables to the parameters of a correct model.
+
+The printed model has two errors that matter (torques wrong by up to 40 N m). Each is mended
+here by a function of its own, and each can be left out to see what it is worth:
+
+* :data:`THETA_2_OFFSET`: Table II leaves out the constant pi/2 of theta_2.
+* :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the link frame's origin and Table III
+  lists them about the centre of mass.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import paper_tables
+from .arrays import Array, ArrayLike
+from .exceptions import ArgumentError
+from .joints import N_JOINTS, S1
+from .validation import finite, number
+
+THETA_2_OFFSET = 'theta_2_offset'
+INERTIA_AT_ORIGIN = 'inertia_at_origin'
+CORRECTIONS = frozenset({THETA_2_OFFSET, INERTIA_AT_ORIGIN})
+
+
+@dataclass(frozen=True, eq=False)
+class ArmParameters:
+    """
+    Kinematic and inertial parameters of the seven links, in the paper's D-H frames.
+
+    All arrays are read-only copies; row i is link i + 1 of the paper. ``theta_offset`` and
+    ``pseudo_inertia`` follow from the rest and from which ``corrections`` are applied.
+
+    Raises
+    ------
+    ArgumentError
+        If an array has the wrong shape or is not finite, or a correction is unknown.
+
+    """
+
+    d: Array  # (7,) link offset [m]
+    a: Array  # (7,) link length [m]
+    alpha: Array  # (7,) link twist [rad]
+    mass: Array  # (7,) [kg]
+    center_of_mass: Array  # (7, 3) in the link frame [m]
+    inertia: Array  # (7, 3, 3) about the centre of mass, axes of the link frame [kg m^2]
+    corrections: Collection[str] = CORRECTIONS
+    theta_offset: Array = field(init=False)  # (7,) theta_i = q_i + theta_offset_i [rad]
+    pseudo_inertia: Array = field(init=False)  # (7, 4, 4) J_i, eq. (12) [kg m^2, kg m, kg]
+
+    def __post_init__(self) -> None:
+        """Validate, and derive what follows."""
+        n = N_JOINTS
+        for name, shape in (('d', (n,)), ('a', (n,)), ('alpha', (n,)), ('mass', (n,)),
+                            ('center_of_mass', (n, 3)), ('inertia', (n, 3, 3))):
+            self._set(name, finite(name, getattr(self, name), shape).copy())
+        unknown = set(self.corrections) - CORRECTIONS
+        if unknown:
+            raise ArgumentError('corrections', f'unknown {sorted(unknown)}; '
+                                f'expected some of {sorted(CORRECTIONS)}')
+        self._set('theta_offset', theta_offsets(THETA_2_OFFSET in self.corrections))
+        if INERTIA_AT_ORIGIN in self.corrections:
+            at_origin = inertia_about_origin(self.inertia, self.mass, self.center_of_mass)
+            pseudo = pseudo_inertia(at_origin, self.mass, self.center_of_mass)
+        else:
+            pseudo = pseudo_inertia_as_printed(self.inertia, self.mass, self.center_of_mass)
+        self._set('pseudo_inertia', pseudo)
+
+    def _set(self, name: str, array: Array) -> None:
+        array.flags.writeable = False
+        object.__setattr__(self, name, array)
+
+
+@dataclass(frozen=True)
+class Payload:
+    """
+    A rigid body fixed to the hand, such as the electric gripper.
+
+    Attributes
+    ----------
+    mass : float
+        Mass [kg], not negative.
+    center_of_mass : array_like (3,)
+        Centre of mass in the hand frame [m].
+    inertia : array_like (6,)
+        Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the payload's centre of mass, axes of the hand frame
+        [kg m^2] (the order of Table III; off-diagonals are elements of the tensor). Zero is a
+        point mass.
+
+    Raises
+    ------
+    ArgumentError
+        If no body can have these numbers: a negative mass or principal moment, principal
+        moments that break the triangle inequality, or inertia without mass.
+
+    """
+
+    mass: float = 0.0
+    center_of_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    if TYPE_CHECKING:  # that these are given as array_like
+        def __init__(self, mass: float = ..., center_of_mass: ArrayLike = ...,
+                     inertia: ArrayLike = ...) -> None:
+            ...
+
+    def __post_init__(self) -> None:
+        """Validate, and keep plain tuples so that payloads compare by value."""
+        set_ = object.__setattr__
+        set_(self, 'mass', number('payload.mass', self.mass, lower=0.0))
+        set_(self, 'center_of_mass',
+             tuple(finite('payload.center_of_mass', self.center_of_mass, (3,)).tolist()))
+        set_(self, 'inertia', tuple(finite('payload.inertia', self.inertia, (6,)).tolist()))
+        tensor = self.inertia_tensor
+        moments = np.linalg.eigvalsh(tensor)
+        if moments[0] < -1e-12 or moments[0] + moments[1] < moments[2] * (1 - 1e-9) - 1e-12:
+            raise ArgumentError(
+                'payload.inertia', 'expected the inertia of a rigid body (principal moments not '
+                f'negative, none above the sum of the others), got moments {moments} kg m^2')
+        if self.mass == 0.0 and moments[2] > 0.0:
+            raise ArgumentError('payload.inertia', 'expected zero where payload.mass is zero')
+
+    @property
+    def inertia_tensor(self) -> Array:
+        """Inertia about the centre of mass, (3, 3) [kg m^2]."""
+        return inertia_tensor(np.array(self.inertia))
+
+    @property
+    def pseudo_inertia(self) -> Array:
+        """Pseudo-inertia about the hand frame's origin, (4, 4), eq. (12)."""
+        center = np.array(self.center_of_mass)
+        return pseudo_inertia(
+            inertia_about_origin(self.inertia_tensor, self.mass, center), self.mass, center)
+
+
+def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
+    """
+    Return the parameters of Tables II to IV.
+
+    Parameters
+    ----------
+    corrections : collection of str
+        Which of :data:`CORRECTIONS` to apply; all by default. Leave one out only to see what
+        the printed model does without it.
+
+    """
+    d, a, alpha, mass = np.array(paper_tables.TABLE_II).T
+    return ArmParameters(
+        d=d, a=a, alpha=alpha, mass=mass, center_of_mass=np.array(paper_tables.TABLE_IV),
+        inertia=inertia_tensor(np.array(paper_tables.TABLE_III)), corrections=corrections)
+
+
+def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
+                    inertia: ArrayLike) -> ArmParameters:
+    """
+    Return the parameters of Table II's kinematics with links of one's own.
+
+    Parameters
+    ----------
+    mass : array_like (7,)
+        Mass of each link [kg].
+    center_of_mass : array_like (21,)
+        Its centre of mass x, y, z [m], link after link, in the order and frames of Table IV.
+    inertia : array_like (42,)
+        Its inertia xx, yy, zz, xy, yz, xz about the centre of mass [kg m^2], link after link, in
+        the order and frames of Table III.
+
+    Raises
+    ------
+    ArgumentError
+        If no rigid bodies can have these numbers.
+
+    """
+    mass = finite('links.mass', mass, (N_JOINTS,))
+    center = finite('links.center_of_mass', center_of_mass, (3 * N_JOINTS,)).reshape(-1, 3)
+    elements = finite('links.inertia', inertia, (6 * N_JOINTS,)).reshape(-1, 6)
+    d, a, alpha, _ = np.array(paper_tables.TABLE_II).T
+    result = ArmParameters(d=d, a=a, alpha=alpha, mass=mass, center_of_mass=center,
+                           inertia=inertia_tensor(elements))
+    for i, least in enumerate(np.linalg.eigvalsh(result.pseudo_inertia)[:, 0]):
+        if least <= 0.0:
+            raise ArgumentError(
+                'links', f'no rigid body has the mass, centre of mass and inertia of link {i + 1}:'
+                ' mass and principal moments must be positive, and no moment above the sum of the'
+                ' other two')
+    return result
+
+
+def theta_offsets(corrected: bool = True) -> Array:
+    """Return theta - q (7,) [rad]: pi/2 at s1, which Table II leaves out, zero elsewhere."""
+    offsets = np.zeros(N_JOINTS)
+    if corrected:
+        offsets[S1] = np.pi / 2
+    return offsets
+
+
+def inertia_tensor(elements: Array) -> Array:
+    """Turn rows (..., 6) in Table III's order xx yy zz xy yz xz into tensors (..., 3, 3)."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(elements, -1, 0)
+    return np.stack([np.stack([xx, xy, xz], -1),
+                     np.stack([xy, yy, yz], -1),
+                     np.stack([xz, yz, zz], -1)], -2)
+
+
+def inertia_about_origin(inertia: Array, mass: Array | float, center: Array) -> Array:
+    """
+    Move inertias from the centre of mass to the link frame's origin (parallel axes).
+
+    This is the correction that Table III needs before eq. (12):
+    ``I_origin = I_com + m (r.r 1 - r r^T)``.
+
+    Parameters
+    ----------
+    inertia : ndarray (..., 3, 3)
+        Inertia about the centre of mass [kg m^2].
+    mass : ndarray (...)
+        Mass [kg].
+    center : ndarray (..., 3)
+        Centre of mass [m].
+
+    """
+    outer = center[..., :, None] * center[..., None, :]
+    trace = np.trace(outer, axis1=-2, axis2=-1)[..., None, None]
+    return inertia + np.asarray(mass)[..., None, None] * (trace * np.eye(3) - outer)
+
+
+def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
+    """
+    Build J_i of eq. (12) from an inertia *about the link frame's origin*.
+
+    The 3 x 3 block is tr(I)/2 1 - I, so its off-diagonals are -I_xy and so on.
+
+    Returns
+    -------
+    ndarray (..., 4, 4)
+
+    """
+    half_trace = np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2
+    return _assemble(half_trace * np.eye(3) - inertia, mass, center)
+
+
+def from_pseudo_inertia(pseudo: Array) -> tuple[Array, Array, Array]:
+    """
+    Return mass (...), centre of mass (..., 3) and inertia about it (..., 3, 3) of J (..., 4, 4).
+
+    The inverse of :func:`pseudo_inertia` after :func:`inertia_about_origin`.
+    """
+    mass = pseudo[..., 3, 3]
+    center = pseudo[..., :3, 3] / mass[..., None]
+    about_center = pseudo[..., :3, :3] - mass[..., None, None] * (
+        center[..., :, None] * center[..., None, :])
+    trace = np.trace(about_center, axis1=-2, axis2=-1)[..., None, None]
+    return mass, center, trace * np.eye(3) - about_center
+
+
+def inertia_elements(tensor: Array) -> Array:
+    """Turn tensors (..., 3, 3) into rows (..., 6) in Table III's order xx yy zz xy yz xz."""
+    return tensor[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
+
+
+def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array) -> Array:
+    """
+    Build J_i as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
+
+    Wrong (M differs by up to 0.13 kg m^2, and J is not positive definite); kept as evidence.
+    """
+    printed = np.eye(3) * np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 + inertia
+    diagonal = np.einsum('...ii->...i', printed)
+    diagonal -= 2 * np.einsum('...ii->...i', inertia)
+    return _assemble(printed, mass, center)
+
+
+def _assemble(block: Array, mass: Array | float, center: Array) -> Array:
+    """Put second moments (..., 3, 3), m r and m together into (..., 4, 4)."""
+    result = np.empty(block.shape[:-2] + (4, 4))
+    first_moment = np.asarray(mass)[..., None] * center
+    result[..., :3, :3] = block
+    result[..., :3, 3] = first_moment
+    result[..., 3, :3] = first_moment
+    result[..., 3, 3] = mass
+    return result

@@ -1,0 +1,71 @@
+"""Validation at the door: arrays of a stated shape, finite, or an error that names them."""
+
+import numpy as np
+
+from .arrays import Array, ArrayLike
+from .exceptions import ArgumentError
+
+
+def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """
+    Return ``value`` as a float array of exactly ``shape``.
+
+    Raises
+    ------
+    ArgumentError
+        If the value is not numeric, has another shape, or is not finite.
+
+    """
+    array = _as_float(name, value)
+    if array.shape != shape:
+        raise ArgumentError(name, f'expected shape {shape}, got {array.shape}')
+    return _refuse_non_finite(name, array)
+
+
+def finite_batch(name: str, value: ArrayLike, n: int) -> Array:
+    """
+    Return ``value`` as a float array of shape (..., n); leading axes are a batch.
+
+    Raises
+    ------
+    ArgumentError
+        If the value is not numeric, its last axis is not n long, or it is not finite.
+
+    """
+    array = _as_float(name, value)
+    if array.ndim == 0 or array.shape[-1] != n:
+        raise ArgumentError(name, f'expected shape (..., {n}), got {array.shape}')
+    return _refuse_non_finite(name, array)
+
+
+def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf) -> float:
+    """
+    Return ``value`` as a finite float in [lower, upper].
+
+    Raises
+    ------
+    ArgumentError
+        If it is not a number, not finite, or out of range.
+
+    """
+    result = float(finite(name, value, ()))
+    if not lower <= result <= upper:
+        raise ArgumentError(name, f'expected a value in [{lower:g}, {upper:g}], got {result:g}')
+    return result
+
+
+def _as_float(name: str, value: ArrayLike) -> Array:
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in 'fiu':
+            raise TypeError(f'dtype {array.dtype}')
+        return array.astype(float, copy=False)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(name, f'expected real numbers ({error})') from None
+
+
+def _refuse_non_finite(name: str, array: Array) -> Array:
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise ArgumentError(name, f'expected finite values, got {array[index]} at index {index}')
+    return array

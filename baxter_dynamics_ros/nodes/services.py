@@ -1,0 +1,166 @@
+"""The two services' answers: gravity torques and inverse dynamics of one arm."""
+
+from array import array
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from sensor_msgs.msg import JointState
+
+from .messages import from_field, joint_state, stamp_ns, to_field
+from ..estimation.events import Event, REMEDIES
+from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
+from ..estimation.predictor import Predictor
+from ..estimation.settings import PredictorSettings
+from ..estimation.stream import State
+from ..model.arrays import Array, Indices
+from ..model.exceptions import ArgumentError
+from ..model.joints import N_JOINTS
+from ..model.validation import finite
+
+MAX_AGE = 1.0  # [s]; an older state is not the arm's state any more
+# Beyond these a request cannot mean a Baxter: are they in rad, rad/s, rad/s^2?
+_PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,
+              'acceleration': 1e4}
+
+
+class Answers:
+    """
+    Fill in the responses of the services.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        Supplies the latest state, and the joints' names.
+    state_age, prediction_age : callable
+        Time since the arm's last joint state, and since the last prediction [s].
+
+    """
+
+    def __init__(self, predictor: Predictor, state_age: Callable[[], float],
+                 prediction_age: Callable[[], float]) -> None:
+        self._predictor = predictor
+        self._state_age = state_age
+        self._prediction_age = prediction_age
+
+    def gravity_torques(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
+        """Answer ``GravityTorques``."""
+        try:
+            q, stamp, whose = self._position(request.state)
+        except ArgumentError as error:
+            response.success, response.message = False, str(error)
+            return response
+        gravity = settings.arm.gravity(q)
+        holding = settings.effort_model.effort(gravity, q, *np.zeros((2, N_JOINTS)))
+        response.success = True
+        response.message = f'gravity torques at {whose}' + _remark(settings, q)
+        response.gravity = joint_state(self._names, stamp, position=q, effort=gravity)
+        response.actuator_effort = to_field(holding)
+        return response
+
+    def inverse_dynamics(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
+        """Answer ``InverseDynamics``."""
+        try:
+            q, qd, qdd, presliding, stamp, whose = self._motion(
+                request.state, request.acceleration)
+        except ArgumentError as error:
+            response.success, response.message = False, str(error)
+            return response
+        mass, coriolis, gravity = settings.arm.terms(q, qd)
+        inertial, velocity = mass @ qdd, coriolis @ qd
+        tau = inertial + velocity + gravity
+        response.success = True
+        response.message = f'inverse dynamics at {whose}' + _remark(settings, q)
+        response.torque = joint_state(self._names, stamp, q, qd, tau)
+        response.inertial = to_field(inertial)
+        response.coriolis = to_field(velocity)
+        response.gravity = to_field(gravity)
+        response.actuator_effort = to_field(
+            settings.effort_model.effort(tau, q, qd, qdd, presliding))
+        response.mass_matrix = mass.ravel()
+        response.coriolis_matrix = coriolis.ravel()
+        return response
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self._predictor.stream.intake.names
+
+    def _position(self, state: JointState) -> tuple[Array, int, str]:
+        """Return q, its stamp [ns] and what it is, of a request's state."""
+        if len(state.name):
+            layout = self._layout(state)
+            return self._pick('state.position', state.position, state, layout), stamp_ns(
+                state.header), 'the given state'
+        _refuse_nameless(state)
+        latest = self._latest()
+        return latest.q, latest.stamp_ns, (
+            f'the latest measured state, {self._state_age():.3f} s old')
+
+    def _motion(self, state: JointState, acceleration: 'array[float]'
+                ) -> tuple[Array, Array, Array, Array | None, int, str]:
+        """Return q, qd, qdd, Dahl's state, their stamp [ns] and what they are, of a request."""
+        if len(state.name):
+            layout = self._layout(state)
+            return (self._pick('state.position', state.position, state, layout),
+                    self._pick('state.velocity', state.velocity, state, layout, optional=True),
+                    self._pick('acceleration', acceleration, state, layout, optional=True),
+                    None, stamp_ns(state.header), 'the given state')
+        _refuse_nameless(state)
+        if len(acceleration):
+            raise ArgumentError('acceleration', 'its order is that of state.name, which is '
+                                'empty: give the state, too, or leave both empty')
+        latest = self._latest()
+        now = self._predictor.prediction
+        if now is None or self._prediction_age() > MAX_AGE:
+            raise ArgumentError('state', 'the acceleration filter has no estimate: it settles for '
+                                f'{self._predictor.estimator.settling_time:.2f} s after a start; '
+                                'if it never does, the diagnostics say why')
+        behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
+        return (now.q, now.qd, now.qdd, self._predictor.presliding, now.stamp_ns,
+                f'the estimate for {behind:.0f} ms before the latest measured state, '
+                f'{self._state_age():.3f} s old')
+
+    def _layout(self, state: JointState) -> Indices:
+        layout = self._predictor.stream.intake.layout(state.name)
+        if layout is Event.DUPLICATE_JOINT:
+            raise ArgumentError('state.name', 'names a joint of the arm twice')
+        if isinstance(layout, Event):
+            missing = [name for name in self._names if name not in state.name]
+            raise ArgumentError('state.name', f'lacks {", ".join(missing)}')
+        return layout
+
+    def _pick(self, field: str, values: 'array[float]', state: JointState, layout: Indices,
+              optional: bool = False) -> Array:
+        """Return the arm's values (7,) of a field that is in the order of state.name."""
+        if optional and not len(values):
+            return np.zeros(N_JOINTS)
+        if len(values) != len(state.name):
+            raise ArgumentError(field, f'expected {len(state.name)} values, as many as '
+                                f'state.name, got {len(values)}')
+        result = finite(field, from_field(values)[layout], (N_JOINTS,))
+        largest = result[np.abs(result).argmax()]
+        if abs(largest) > _PLAUSIBLE[field]:
+            raise ArgumentError(field, f'expected no value beyond {_PLAUSIBLE[field]:g} '
+                                f'(rad, s), got {largest:g}')
+        return result
+
+    def _latest(self) -> State:
+        """Return the latest measured state; refuse one that is old."""
+        latest, age = self._predictor.latest, self._state_age()
+        if latest is None or age > MAX_AGE:
+            since = 'yet' if latest is None else f'for {age:.1f} s'
+            raise ArgumentError('state', 'empty, which asks for the latest measured state, but '
+                                f'no valid joint state of {self._names[0]} ... {self._names[-1]} '
+                                f'has arrived {since}: give a state, or see the diagnostics')
+        return latest
+
+
+def _remark(settings: PredictorSettings, q: Array) -> str:
+    held = settings.effort_model.spring_is_held(q)
+    return f'; {REMEDIES[Event.SPRING_HELD]}' if held else ''
+
+
+def _refuse_nameless(state: JointState) -> None:
+    if len(state.position) or len(state.velocity) or len(state.effort):
+        raise ArgumentError('state.name', 'empty, but the state has values: joints are matched '
+                            'by name')

@@ -1,0 +1,197 @@
+"""How well the model predicts a recording: both methods, three accelerations, every term."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from .bands import RunningBands
+from .evaluation_results import Errors, ESTIMATORS, Evaluation, METHODS, TERMS
+from .playback import Block, play, Recording
+from .running import RunningErrors, RunningSquares
+from ..estimation.continuity import GAP
+from ..estimation.events import Event, REMEDIES
+from ..estimation.predictor import Prediction
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array, Indices
+from ..newton_euler import NewtonEuler
+
+# Stamps that the robot makes deviate from their period by 0.4 % of it, times of arrival by more
+# than all of it.
+_IRREGULAR = 0.3
+_FEW = 100  # predictions, under which numbers mean little
+
+
+class Evaluator:
+    """
+    Judges recordings one after another, and all of them together.
+
+    Parameters
+    ----------
+    values : dict
+        Settings of the predictor, as the node's parameters; without the arm.
+
+    Raises
+    ------
+    ArgumentError
+        If a setting is refused.
+
+    """
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self._values = {**values, 'method': 'lagrange_euler'}
+        PredictorSettings(self._values)  # refuses what cannot be used, before work begins
+        self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
+        self._shares = RunningSquares()
+
+    def evaluate(self, recording: Recording,
+                 sink: Callable[[Block, Prediction], None] | None = None) -> Evaluation:
+        """
+        Judge a recording.
+
+        Parameters
+        ----------
+        recording : Recording
+            An iterable of joint states with a name, a topic and an arm.
+        sink : callable, optional
+            Given each :class:`~.playback.Block` and its :class:`~.estimation.predictor.Prediction`.
+
+        """
+        settings = PredictorSettings({**self._values, 'arm': recording.arm})
+        run = _Run(settings)
+        for block in play(recording, run.predictor):
+            prediction = run.take(block)
+            if sink is not None:
+                sink(block, prediction)
+        for name, errors in run.errors.items():
+            self._errors[name].include(errors)
+        self._shares.include(run.shares)
+        return run.result(recording)
+
+    def totals(self) -> tuple[Errors, Errors, dict[str, Array]]:
+        """Return methods, estimators and shares over all recordings so far."""
+        return _results(self._errors, METHODS), _results(self._errors, ESTIMATORS), (
+            self._shares.result())
+
+
+class _Run:
+    """One recording being judged."""
+
+    def __init__(self, settings: PredictorSettings) -> None:
+        self.settings = settings
+        self.predictor = settings.predictor()
+        self.newton_euler = NewtonEuler(settings.arm)
+        self.errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
+        self.shares = RunningSquares()
+        self.bands = RunningBands(['measured', *METHODS,
+                                   *('error_' + name for name in METHODS + ESTIMATORS)])
+        self._clock = _Clock()
+
+    def take(self, block: Block) -> Prediction:
+        """Take a block in, and return its Prediction."""
+        estimate, model = block.estimate, self.settings.effort_model
+        prediction = self.predictor.predict(estimate)
+        q, qd, qdd, z = estimate.q, estimate.qd, estimate.qdd, estimate.presliding
+        measured = estimate.measured
+        assert measured is not None  # in a block it is NaN instead
+        # All but the closed form's prediction is from the faster method: they agree to 1e-12.
+        still = np.zeros_like(q)
+        tau, unaccelerated, gravity, live, difference = self.newton_euler.inverse_dynamics(
+            np.stack([q, q, q, block.q, block.q]),
+            np.stack([qd, qd, still, block.qd, block.qd]),
+            np.stack([qdd, still, still, qdd, block.first_difference]))
+        efforts = {'lagrange_euler': prediction.effort,
+                   'newton_euler': model.effort(tau, q, qd, qdd, z)}
+        live = model.effort(live, block.q, block.qd, qdd, z)
+        difference = model.effort(difference, block.q, block.qd, block.first_difference, z)
+        aligned = prediction.effort if self.settings.values['align'] else np.full_like(q, np.nan)
+        pairs = {**{name: (measured, effort) for name, effort in efforts.items()},
+                 'first_difference': (block.effort, difference),
+                 'butterworth_live': (block.effort, live),
+                 'butterworth_aligned': (measured, aligned)}
+        for name, pair in pairs.items():
+            valid = np.isfinite(pair[0][:, 0]) & np.isfinite(pair[1][:, 0])
+            self.errors[name].add(*(x[valid] for x in pair))
+        self.shares.add(
+            inertial=tau - unaccelerated, coriolis=unaccelerated - gravity,
+            gravity=gravity.round(12),  # without what rounding leaves at s0, where it is zero
+            spring=model.spring(q), friction=model.friction(qd, z),
+            other=np.broadcast_to(model.other(q, qdd), q.shape))
+        self.bands.add(self._clock.elapsed(estimate.stamp_ns), np.stack(
+            [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
+        return prediction
+
+    def result(self, recording: Recording) -> Evaluation:
+        """Return what was found."""
+        counts = {getattr(key, 'value', key): n for key, n in self.predictor.counts.items()}
+        time, bands = self.bands.result()
+        shares = self.shares.result()
+        return Evaluation(
+            name=recording.name, topic=recording.topic, arm=recording.arm,
+            duration=self._clock.duration, rate=self._clock.rate, counts=counts,
+            warnings=tuple(self._warnings()), methods=_results(self.errors, METHODS),
+            estimators=_results(self.errors, ESTIMATORS),
+            shares={name: shares[name] for name in TERMS if name in shares},
+            time=time, bands=bands)
+
+    def _warnings(self) -> Iterator[str]:
+        counts = self.predictor.counts
+        if not counts['predicted']:
+            yield ("nothing could be predicted: the arm's joint states are too few, or never "
+                   'go on for long enough for the filter to settle')
+        elif counts['predicted'] < _FEW:
+            yield f'only {counts["predicted"]} predictions: these numbers mean little'
+        if not counts[Event.REPEATED_STAMP] and self._clock.irregularity > _IRREGULAR:
+            yield (f'stamps are irregular: their period deviates by '
+                   f'{100 * self._clock.irregularity:.0f} %. They look like times of arrival, '
+                   "which blur the accelerations: record with the robot's own stamps")
+        for event, remedy in REMEDIES.items():
+            if counts[event]:
+                yield f'{counts[event]} x {event.value}: {remedy}'
+
+
+class _Clock:
+    """The predictions' stamps: how far apart they are, and a time axis made of them."""
+
+    def __init__(self) -> None:
+        self._last: Any = None  # stamp [ns]
+        self._now = 0.0  # end of the time axis [s]
+        self._n = 0
+        self._sum = 0.0
+        self._squares = 0.0
+
+    def elapsed(self, stamps_ns: Indices) -> Array:
+        """Return the time since the first stamp (n,) [s]; it stands still where stamps go back."""
+        first = stamps_ns[0] if self._last is None else self._last
+        dt = np.diff(stamps_ns, prepend=first) * 1e-9
+        self._last = stamps_ns[-1]
+        within = dt[(dt > 0.0) & (dt <= GAP)]
+        self._n += len(within)
+        self._sum += within.sum()
+        self._squares += (within ** 2).sum()
+        time = self._now + np.cumsum(np.maximum(dt, 0.0))
+        self._now = time[-1]
+        return time
+
+    @property
+    def duration(self) -> float:
+        """Time covered, without gaps [s]."""
+        return float(self._sum)
+
+    @property
+    def rate(self) -> float:
+        """Predictions a second, gaps left out [Hz]."""
+        return float(self._n / self._sum) if self._sum else 0.0
+
+    @property
+    def irregularity(self) -> float:
+        """Deviation of the period, as a share of it."""
+        if not self._sum:
+            return 0.0
+        mean = self._sum / self._n
+        return float(np.sqrt(max(self._squares / self._n - mean ** 2, 0.0)) / mean)
+
+
+def _results(errors: dict[str, RunningErrors], names: tuple[str, ...]) -> Errors:
+    results = {name: errors[name].result() for name in names}
+    return {name: result for name, result in results.items() if result is not None}

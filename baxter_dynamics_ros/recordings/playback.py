@@ -1,0 +1,93 @@
+"""A recording through the node's stream handler, message by message, in blocks to compute on."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ..estimation.predictor import Estimate, Predictor
+from ..estimation.stream import State
+from ..model.arrays import Array, Indices
+from ..model.joints import N_JOINTS
+
+BLOCK = 256  # estimates computed on at a time: what they need stays in the processor's cache
+
+# Stamp [ns], names, position, velocity and effort of a joint state, and when it was received [ns].
+Message = tuple[int, Sequence[str], Array, Array, Array, int]
+_Row = tuple[int, Estimate, State, State]
+
+_NOTHING = np.full(N_JOINTS, np.nan)
+
+
+class Recording(Protocol):
+    """Joint states of one arm, in the order of recording."""
+
+    name: str
+    topic: str
+    arm: str
+
+    def __iter__(self) -> Iterator[Message]:
+        """Yield each."""
+
+
+class Block(NamedTuple):
+    """Consecutive estimates of one arm, n of them, and what was measured when they were made."""
+
+    received_ns: Indices  # (n,) when the newest message was recorded [ns]
+    estimate: Estimate  # arrays (n, 7); NaN where no effort was measured
+    q: Array  # (n, 7) newest position [rad]
+    qd: Array  # (n, 7) newest velocity [rad/s]; NaN where none was measured
+    effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
+    first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
+
+
+def play(messages: Iterable[Message], predictor: Predictor) -> Iterator[Block]:
+    """
+    Play joint states to a stream handler.
+
+    Parameters
+    ----------
+    messages : iterable
+        Of (stamp_ns, names, position, velocity, effort, received_ns), as in
+        :meth:`~.estimation.predictor.Predictor.handle`.
+    predictor : Predictor
+        Takes them all; its counts tell what it met.
+
+    Yields
+    ------
+    Block
+        Of up to BLOCK estimates, in order.
+
+    """
+    rows: list[_Row] = []
+    previous = None
+    for stamp_ns, names, position, velocity, effort, received_ns in messages:
+        estimate = predictor.estimate(stamp_ns, names, position, velocity, effort)
+        latest = predictor.latest
+        if estimate is not None and latest is not None and previous is not None:
+            rows.append((received_ns, estimate, latest, previous))
+            if len(rows) == BLOCK:
+                yield _stacked(rows)
+                rows = []
+        previous = latest
+    if rows:
+        yield _stacked(rows)
+
+
+def _stacked(rows: list[_Row]) -> Block:
+    received, estimates, newest, previous = zip(*rows)
+    stamp, q, qd, qdd, measured, presliding = zip(*estimates)
+    velocity = _array([state.qd for state in newest])
+    dt = np.array([now.stamp_ns - then.stamp_ns for now, then in zip(newest, previous)]) * 1e-9
+    difference = (velocity - _array([state.qd for state in previous])) / dt[:, None]
+    return Block(
+        np.array(received),
+        Estimate(np.array(stamp), *map(_array, (q, qd, qdd, measured, presliding))),
+        _array([state.q for state in newest]), velocity,
+        _array([state.effort for state in newest]), difference)
+
+
+def _array(values: Iterable[Array | None]) -> Array:
+    """Stack arrays (7,) of which some may be None, to (n, 7) with NaN for these."""
+    return np.concatenate(
+        [_NOTHING if value is None else value for value in values]).reshape(-1, N_JOINTS)

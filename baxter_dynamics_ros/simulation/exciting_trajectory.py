@@ -1,0 +1,101 @@
+"""An exciting joint trajectory: it moves the joints so that a calibration can tell all apart."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .trajectories import Along, least_jerk, mirror
+from ..model.arrays import Array, ArrayLike
+
+DURATION = 60.0  # [s]
+_EASE = 4.0  # [s] in which the swing grows at the start, and dies away at the end
+
+
+class Series(NamedTuple):
+    """A Fourier series for each of the seven joints, around a centre."""
+
+    center: Array  # (7,) [rad]
+    harmonic: Array  # (7, k) multiples of the frequency 1 / DURATION
+    sine: Array  # (7, k) amplitudes [rad]
+    cosine: Array  # (7, k) amplitudes [rad]
+
+
+# The right arm's: what search(seed=2, evaluations=10_000) of :mod:`.excitation_search` returned
+# after four minutes, rounded.
+SERIES = Series(
+    center=np.array([-0.034, -0.445, 0.027, 1.320, 0.156, 0.299, -0.231]),
+    harmonic=np.array([[2, 3, 9, 14, 20],
+                       [4, 6, 10, 13, 20],
+                       [2, 4, 7, 8, 19],
+                       [1, 8, 11, 14, 23],
+                       [2, 6, 10, 18, 24],
+                       [4, 7, 11, 19, 29],
+                       [5, 7, 13, 20, 24]]),
+    sine=np.array([[0.429, 0.027, -0.361, 0.025, -0.113],
+                   [0.260, 0.189, -0.018, -0.023, -0.112],
+                   [-1.048, 0.331, 0.016, 0.043, -0.048],
+                   [-0.158, 0.218, -0.153, -0.133, 0.096],
+                   [1.434, -0.221, -0.282, -0.022, -0.072],
+                   [-0.822, 0.157, -0.122, -0.038, -0.081],
+                   [1.061, -0.093, -0.419, -0.267, -0.108]]),
+    cosine=np.array([[0.437, -0.207, 0.079, 0.045, -0.210],
+                     [1.175, 0.103, 0.148, -0.008, -0.050],
+                     [-1.233, -0.157, 0.132, -0.541, 0.245],
+                     [-0.660, 0.104, 0.186, 0.008, -0.019],
+                     [-0.996, -0.594, -0.717, -0.159, -0.270],
+                     [0.904, 0.266, -0.139, 0.077, 0.154],
+                     [-0.121, 0.419, -0.107, -0.246, -0.082]]))
+
+
+def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
+    """
+    Return position, velocity and acceleration, each (..., 7) [rad, rad/s, rad/s^2].
+
+    The series is multiplied by a window, so that it starts and ends at rest, twice continuously
+    differentiable; before and after, the arm is still, at the centre.
+
+    Parameters
+    ----------
+    series : Series
+        What each joint does.
+    t : array_like (...)
+        Time since the start [s].
+
+    """
+    t = np.clip(t, 0.0, DURATION)[..., None]
+    frequency = 2 * np.pi / DURATION * series.harmonic  # [rad/s]
+    phase = frequency * t[..., None]
+    sin, cos = np.sin(phase), np.cos(phase)
+    s = series.sine * sin + series.cosine * cos
+    sd = frequency * (series.sine * cos - series.cosine * sin)
+    sdd = -frequency ** 2 * s
+    s, sd, sdd = s.sum(-1), sd.sum(-1), sdd.sum(-1)
+    u = np.minimum(np.minimum(t, DURATION - t) / _EASE, 1.0)
+    slope = np.where(t < DURATION / 2, 1.0, -1.0) / _EASE  # of u, where it is not constant
+    w = least_jerk(u)
+    wd = 30.0 * (u * (1.0 - u)) ** 2 * slope
+    wdd = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * slope ** 2
+    return (series.center + w * s, wd * s + w * sd, wdd * s + 2.0 * wd * sd + w * sdd)
+
+
+def series(side: str) -> Series:
+    """Return what the joints of an arm do; the left arm's motion is the right one's mirrored."""
+    signs = mirror(side)
+    return SERIES._replace(center=signs * SERIES.center, sine=signs[:, None] * SERIES.sine,
+                           cosine=signs[:, None] * SERIES.cosine)
+
+
+class Excitation(Along):
+    """
+    Joint references along the exciting trajectory.
+
+    Parameters
+    ----------
+    side : str
+        'right' or 'left'; the left arm's is the mirror image.
+
+    """
+
+    def __init__(self, side: str) -> None:
+        joints = series(side)
+        super().__init__(lambda t: motion(joints, t)[0])

@@ -1,0 +1,110 @@
+"""The joint states of a fake Baxter in the order of their stamps, as the robot publishes them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .robot import FakeBaxter, GRIPPER_NAMES, GRIPPER_RATE, JOINT_STATE_NAMES
+from ..model.arrays import Array
+
+# Stamp [ns], names, position, velocity and effort.
+Message = tuple[int, tuple[str, ...], Array, Array, Array]
+
+STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
+START_NS = 10 ** 18  # when a recording starts, a date in 2001 [ns]
+
+_LATE = 500_000  # ns after a recording's end that still belong to it: jitter is far less
+
+
+class JointStates:
+    """
+    The joint states that a robot publishes, an iterator without end.
+
+    Those of the head and both arms come at ``rate``, those of two gripper joints at 38 Hz between
+    them. The robot lives on as far as needed with each message that is taken.
+
+    Parameters
+    ----------
+    robot : FakeBaxter
+        Whose they are, from its time on.
+    rate : float
+        Of the arms' joint states [Hz].
+    seed : int
+        Of the stamps' jitter.
+    start_ns : int
+        The stamp of the robot's time now [ns].
+
+    Attributes
+    ----------
+    start_ns : int
+        Assign to it where time was lost.
+
+    """
+
+    def __init__(self, robot: FakeBaxter, rate: float, seed: int, start_ns: int):
+        self.start_ns = start_ns
+        self._robot = robot
+        self._begin = robot.time
+        self._period = 1.0 / rate
+        self._random = np.random.default_rng(seed)
+        self._arms = self._grippers = 0  # messages so far
+        self._arms_due = self._draw()
+        self._grippers_due = _ns(1.0 / GRIPPER_RATE)
+
+    @property
+    def due_ns(self) -> int:
+        """Stamp of the next message [ns]."""
+        return self.start_ns + min(self._arms_due, self._grippers_due)
+
+    def __iter__(self) -> 'JointStates':
+        """Return this iterator."""
+        return self
+
+    def __next__(self) -> Message:
+        """Return stamp [ns], names, position, velocity and effort of the next message."""
+        stamp = self.due_ns
+        if self._grippers_due < self._arms_due:
+            self._grippers += 1
+            self._grippers_due = _ns((self._grippers + 1) / GRIPPER_RATE)
+            still = np.zeros(len(GRIPPER_NAMES))
+            return stamp, GRIPPER_NAMES, still, still, still
+        self._arms += 1
+        self._robot.advance(self._begin + self._arms * self._period)
+        self._arms_due = self._draw()
+        return stamp, JOINT_STATE_NAMES, *self._robot.joint_state()
+
+    def _draw(self) -> int:
+        """Return when the arms' next joint state is stamped, since the start [ns]."""
+        return _ns((self._arms + 1) * self._period + self._random.normal(0.0, STAMP_JITTER))
+
+
+def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0) -> Iterator[Message]:
+    """
+    Yield the joint states of the robot's next ``duration`` [s], as fast as they can be had.
+
+    Parameters
+    ----------
+    robot : FakeBaxter
+        Whose they are, from its time on.
+    duration : float
+        In the robot's time [s].
+    rate : float
+        Of the arms' joint states [Hz].
+    seed : int
+        Of the stamps' jitter.
+
+    Yields
+    ------
+    tuple
+        Stamp [ns], names, position, velocity and effort, as :class:`JointStates` has them; the
+        first stamp is near :data:`START_NS`.
+
+    """
+    states = JointStates(robot, rate, seed, START_NS)
+    end = START_NS + _ns(duration) + _LATE
+    while states.due_ns < end:
+        yield next(states)
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)
