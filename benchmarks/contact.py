@@ -4,12 +4,12 @@ import argparse
 from pathlib import Path
 from typing import NamedTuple
 
-from baxter_dynamics_ros.model.arm import BaxterArm
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import joint_names, JOINTS, mount, N_JOINTS
 from baxter_dynamics_ros.estimation.contact import ContactDetector
 from baxter_dynamics_ros.estimation.observer import MomentumObserver
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS, mount, N_JOINTS
 from baxter_dynamics_ros.simulation.plant import COULOMB
 from baxter_dynamics_ros.simulation.robot import FakeBaxter, JOINT_STATE_NAMES
 import numpy as np

@@ -14,10 +14,10 @@ import subprocess
 import sys
 import time
 
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from geometry_msgs.msg import WrenchStamped
 import numpy as np

@@ -12,10 +12,10 @@ import time
 from typing import NamedTuple
 
 from baxter_dynamics_ros.cli.processes import NodeProcess
-from baxter_dynamics_ros.nodes import topics
-from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 from baxter_dynamics_ros.estimation.events import DROPPED
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.nodes import topics
+from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np

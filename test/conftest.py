@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model import joints
 from baxter_dynamics_ros.model.closed_form import ENGINE_VARIABLE, PYTHON
-from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 import numpy as np
 from pinocchio_engine import PinocchioEngine
 import pytest
@@ -24,7 +24,7 @@ SHARED = REPOSITORY.parent / 'shared'
 
 # For the nodes of the tests, and read by Fast DDS: they find each other at once.
 os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE',
-                      str(REPOSITORY / 'test' / 'node' / 'discovery.xml'))
+                      str(REPOSITORY / 'test' / 'nodes' / 'discovery.xml'))
 
 _TILT = np.array([[1.0, 0.0, 0.0, 0.0],  # 0.7 rad about the base's x axis
                   [0.0, np.cos(0.7), -np.sin(0.7), 0.0],

@@ -22,8 +22,8 @@ def check(block):
 
 def _parameters(read):
     """See that YAML is a parameter file, or a part of one, for the predictor."""
-    from baxter_dynamics_ros.recordings.parameter_file import flat
     from baxter_dynamics_ros.estimation.arms import per_arm
+    from baxter_dynamics_ros.recordings.parameter_file import flat
     while isinstance(read, dict) and len(read) == 1 and not isinstance(
             next(iter(read.values())), (str, float, int, list)):
         (name, inner), = read.items()

@@ -83,8 +83,8 @@ class StandIns:
         return path
 
     def _calibration(self):
-        from baxter_dynamics_ros.recordings.parameter_file import write_parameters
         from baxter_dynamics_ros.estimation.settings import PredictorSettings
+        from baxter_dynamics_ros.recordings.parameter_file import write_parameters
         path = self.folder / CALIBRATION
         if not path.exists():
             write_parameters(path, PredictorSettings({

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 from perfect_robot import measured, trajectory, VELOCITY_LAG
 import pytest

@@ -4,10 +4,10 @@ import ast
 from pathlib import Path
 import re
 
-from baxter_dynamics_ros.model import paper_tables
 from baxter_dynamics_ros.estimation.arms import BOTH
 from baxter_dynamics_ros.estimation.events import Event, REMEDIES
 from baxter_dynamics_ros.estimation.settings import SETTINGS
+from baxter_dynamics_ros.model import paper_tables
 import numpy as np
 import pytest
 

@@ -124,6 +124,7 @@ def _topic(name, topics):
 
 def _constants():
     """Return the strings in nodes/topics.py, without importing ROS."""
-    tree = ast.parse((REPOSITORY / 'baxter_dynamics_ros' / 'nodes' / 'topics.py').read_text('utf-8'))
+    topics = REPOSITORY / 'baxter_dynamics_ros' / 'nodes' / 'topics.py'
+    tree = ast.parse(topics.read_text('utf-8'))
     return {node.targets[0].id: node.value.value for node in tree.body
             if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)}

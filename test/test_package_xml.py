@@ -7,9 +7,9 @@ import sys
 import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
-from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.estimation.arms import BOTH, named_settings, per_arm
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
+from baxter_dynamics_ros.model.joints import SIDES
 import pytest
 
 NAME = 'baxter_dynamics_ros'

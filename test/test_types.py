@@ -18,8 +18,8 @@ import numpy as np
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import Payload
-from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import EffortModel
 
 arm = BaxterArm(payload=Payload(0.5, [0.0, 0.0, 0.1]), gravity=(0, 0, -1.62))
 q = [0.0] * 7

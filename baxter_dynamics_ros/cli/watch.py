@@ -21,7 +21,7 @@ from rich.text import Text
 from .outputs import output_file
 from .watch_bars import BLOCKS, Glyphs, glyphs
 from .watch_listener import Listener
-from .watch_terminal import keys, Keys, save_picture, suspension
+from .watch_terminal import Keys, keys, save_picture, suspension
 from .watch_view import Canvas, view
 from .watch_words import summary
 from ..model.exceptions import BaxterDynamicsError

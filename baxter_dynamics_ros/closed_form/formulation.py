@@ -31,7 +31,7 @@ from functools import cached_property
 from .frames import (add, Affine, apply, Frames, N, PseudoInertia, Rows, Scalar, Scalars, Twist,
                      Vector, Wrench, ZERO)
 from .linear import solve
-from .matrices import (about_axis, acceleration, Acceleration, acceleration_wrench,
+from .matrices import (about_axis, Acceleration, acceleration, acceleration_wrench,
                        axis_moment_of_transpose, axis_wrench, change_on, change_with_axis,
                        derivative_of_axis, moment_of_moving_transpose, pair, spun, total, turned,
                        twist_matrix, unit_torques, wrench_of)

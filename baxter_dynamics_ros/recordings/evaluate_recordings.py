@@ -54,7 +54,7 @@ class Evaluator:
         recording : Recording
             An iterable of joint states with a name, a topic and an arm.
         sink : callable, optional
-            Given each :class:`~.playback.Block` and its :class:`~.estimation.predictor.Prediction`.
+            Given each :class:`~.playback.Block` and its :class:`.Prediction`.
 
         """
         settings = PredictorSettings({**self._values, 'arm': recording.arm})

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.parameters import Payload
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.plant import COULOMB
 from baxter_dynamics_ros.simulation.recorder import record
 from baxter_dynamics_ros.simulation.robot import FakeBaxter

@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import Any
 
 from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros.recordings.playback import play
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.recordings.playback import play
 from baxter_dynamics_ros.simulation.plant import COULOMB
 from baxter_dynamics_ros.simulation.recorder import record
 from baxter_dynamics_ros.simulation.robot import FakeBaxter

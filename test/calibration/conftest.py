@@ -5,10 +5,10 @@ from functools import lru_cache
 from baxter_dynamics_ros.calibration.fit_data import Motion
 from baxter_dynamics_ros.calibration.term import Sample
 from baxter_dynamics_ros.calibration.terms import dahl_lengths
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 from baxter_dynamics_ros.model.presliding import Presliding
-from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 import numpy as np
 import pytest
 

@@ -3,9 +3,9 @@
 from functools import lru_cache
 
 from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import EffortModel, SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import JOINTS
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import JOINTS
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

@@ -1,10 +1,10 @@
 """Each term's columns are what its deviations add to the node's prediction; bodies stay bodies."""
 
+from baxter_dynamics_ros.estimation.predictor import Estimate
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model import parameters as inertial
 from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.presliding import Presliding
-from baxter_dynamics_ros.estimation.predictor import Estimate
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
 

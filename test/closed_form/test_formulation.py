@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
-from baxter_dynamics_ros.closed_form import frames  # noqa: E402,I100
+from baxter_dynamics_ros.closed_form import frames  # noqa: E402, I100
 from baxter_dynamics_ros.closed_form.quantities import CONSTANTS, formulate  # noqa: E402
 from baxter_dynamics_ros.model import lagrange_euler, paper_tables  # noqa: E402
 

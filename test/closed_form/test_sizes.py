@@ -7,7 +7,7 @@ import sys
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
-from baxter_dynamics_ros.closed_form import sizes  # noqa: E402,I100
+from baxter_dynamics_ros.closed_form import sizes  # noqa: E402, I100
 from baxter_dynamics_ros.closed_form.derivation import program_of  # noqa: E402
 from baxter_dynamics_ros.closed_form.quantities import QUANTITIES  # noqa: E402
 

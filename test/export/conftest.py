@@ -5,10 +5,10 @@ from importlib import import_module
 from types import SimpleNamespace
 
 from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.export.functions import derive, SYMBOLS
 from baxter_dynamics_ros.model import lagrange_euler
 from baxter_dynamics_ros.model.base_parameters import base_parameters
 from baxter_dynamics_ros.model.composite import CompositeDynamics
-from baxter_dynamics_ros.export.functions import derive, SYMBOLS
 import numpy as np
 import pytest
 

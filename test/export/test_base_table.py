@@ -3,8 +3,8 @@
 import re
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.model.base_parameters import base_parameters, NAMES, TILTED_NAMES
 from baxter_dynamics_ros.export.base_table import base_table, composition
+from baxter_dynamics_ros.model.base_parameters import base_parameters, NAMES, TILTED_NAMES
 import numpy as np
 import pytest
 

@@ -8,11 +8,11 @@ import shutil
 import subprocess
 
 from baxter_dynamics_ros import BaxterArm, Payload
-from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.export import c
 from baxter_dynamics_ros.export.c_support import BLOCK
 from baxter_dynamics_ros.export.functions import constants
 from baxter_dynamics_ros.export.legend import parameters
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 import numpy as np
 import pytest
 

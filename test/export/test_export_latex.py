@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive: pip install casadi')
-from baxter_dynamics_ros.model.exceptions import ArgumentError  # noqa: E402,I100
-from baxter_dynamics_ros.export import latex  # noqa: E402
+from baxter_dynamics_ros.export import latex  # noqa: E402, I100
 from baxter_dynamics_ros.export.functions import constants  # noqa: E402
 from baxter_dynamics_ros.export.legend import parameters  # noqa: E402
+from baxter_dynamics_ros.model.exceptions import ArgumentError  # noqa: E402
 
 # A symbol with its index -> the name of a parameter, as the conventions of the article tell.
 NAMES = {'I_{zz1}': 'izz1', **{f'u_{{{axis}}}': f'up_{axis}' for axis in 'xyz'},

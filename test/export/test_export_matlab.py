@@ -5,9 +5,9 @@ import shutil
 import subprocess
 
 from baxter_dynamics_ros import BaxterArm, Payload
-from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.export import matlab
 from baxter_dynamics_ros.export.legend import parameters
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 import numpy as np
 import pytest
 

@@ -6,10 +6,10 @@ import subprocess
 import sys
 
 from baxter_dynamics_ros import BaxterArm, Payload
-from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.export import python
 from baxter_dynamics_ros.export.functions import SYMBOLS
 from baxter_dynamics_ros.export.legend import parameters
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 import numpy as np
 import pytest
 

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.lag import Lag
 from baxter_dynamics_ros.calibration.calibration_results import Calibration, Fitted, Judged
+from baxter_dynamics_ros.calibration.lag import Lag
 from baxter_dynamics_ros.calibration.selection import Step
+from baxter_dynamics_ros.estimation.settings import DEFAULTS
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
                                                                Evaluation, METHODS, TERMS)
-from baxter_dynamics_ros.estimation.settings import DEFAULTS
 import numpy as np
 import pytest
 

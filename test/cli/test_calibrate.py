@@ -1,0 +1,149 @@
+"""baxter_dynamics calibrate as users run it: from a recording to a file that serves."""
+
+import json
+
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+import numpy as np
+import pytest
+
+COULOMB = [0.6, 0.9, 0.4, 0.3, 0.15, 0.12, 0.05]  # [N m]
+BIAS = [0.5, -0.4, 0.3, 0.2, -0.1, 0.12, 0.05]  # [N m]
+TRUTH = {'effort_model.coulomb': COULOMB, 'effort_model.bias': BIAS}
+GRIPPER = ('r_gripper_l_finger_joint', 'r_gripper_r_finger_joint')
+
+
+@pytest.fixture
+def changed(moving_arm):
+    """Return a function that gives joint states of 12 s with some of their fields changed."""
+    def make(n=1200, **fields):
+        messages = []
+        for topic, received, content in moving_arm(n):
+            content = dict(zip(('stamp', 'names', 'position', 'velocity', 'effort'), content))
+            messages.append((topic, received, tuple({**content, **fields}.values())))
+        return messages
+    return make
+
+
+def test_from_a_recording_to_a_file_that_serves(command, make_bag, moving_arm, tmp_path):
+    bag = make_bag(moving_arm(2000, 'left', truth=TRUTH))
+    file = tmp_path / 'my_robot.yaml'
+    code, out, err = command('calibrate', bag, '--output', file)
+    assert (code, err) == (0, '')
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['my_robot.html', 'my_robot.yaml',
+                                                                'run']
+    assert out.splitlines()[-2:] == [f'parameters: {file}', f'report: {tmp_path}/my_robot.html']
+    assert 'velocity lag: 14' in out and 'one recording: judged on each of 5 parts' in out
+    assert '<html' in (tmp_path / 'my_robot.html').read_text()
+    assert f'baxter_dynamics calibrate {bag}' in file.read_text()
+
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
+    values = PredictorSettings(read_parameters(file)).values
+    assert values['arm'] == 'left'
+    np.testing.assert_allclose(values['effort_model.coulomb'], COULOMB, atol=0.05)
+    np.testing.assert_allclose(values['effort_model.bias'], BIAS, atol=0.05)
+
+    other = moving_arm(600, 'left', truth=TRUTH)
+    report = tmp_path / 'report'
+    assert command('evaluate', make_bag(other, name='other'), '--params', file,
+                   '--output', report)[0] == 0
+    rms = json.loads((report / 'summary.json').read_text())['lagrange_euler']['rms']
+    predictor = PredictorSettings({'arm': 'left'}).predictor()
+    before = [predictor.handle(*content) for _, _, content in other]
+    before = np.sqrt(np.mean([p.residual ** 2 for p in before if p is not None], axis=0))
+    assert np.max(rms / before) < 0.4
+
+
+def test_only_what_is_asked_for_beginning_with_a_file(command, make_bag, moving_arm, tmp_path):
+    start = tmp_path / 'start.yaml'
+    start.write_text('/**:\n  ros__parameters:\n    arm: right\n    effort_model:\n'
+                     f'      coulomb: {COULOMB}\n')
+    both = [(topic, received, (stamp, names + joint_names('left'), *(
+        np.concatenate([row, np.zeros(7)]) for row in rows)))
+            for topic, received, (stamp, names, *rows) in moving_arm(1200, truth=TRUTH)]
+    file = tmp_path / 'robot.yml'
+    file.write_text('of an earlier calibration')
+    code, _, err = command('calibrate', make_bag(both), '--params', start, '--output', file,
+                           '--only', 'bias')
+    assert (code, err) == (0, '')
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
+    values = read_parameters(file)
+    assert set(values) == {'arm', 'effort_model.coulomb', 'effort_model.bias'}
+    assert values['arm'] == 'right' and values['effort_model.coulomb'] == COULOMB
+    np.testing.assert_allclose(values['effort_model.bias'], BIAS, atol=0.05)
+    assert file.name in (tmp_path / 'robot.html').read_text()
+
+
+@pytest.mark.parametrize('arguments, line', [
+    ([], 'name at least one recording, or --plan for how to make one'),
+    (['run', '--plan'], '--plan takes no recordings: it makes one'),
+    (['--plan', '--output', 'file'], '--output: {tmp}/file cannot be a folder (File exists)'),
+    (['run', '--output', 'robot.txt'], '--output: expected a .yaml file, got robot.txt'),
+    (['run', '--output', 'robot'], '--output: expected a .yaml file, got robot'),
+    (['run', '--output', 'none/r.yaml'], '--output: no folder {tmp}/none'),
+    (['run', '--output', 'file/r.yaml'], '--output: no folder {tmp}/file'),
+    (['run', '--output', 'taken.yaml'], '--output: {tmp}/taken.yaml is a folder'),
+    (['run', '--output', 'report.yaml'], '--output: {tmp}/report.html is a folder'),
+    (['run', '--params', 'none.yaml'], 'none.yaml: cannot be read as a parameter file ([Errno 2] '
+     "No such file or directory: 'none.yaml')"),
+    (['run', 'left'], 'the recordings are of both arms: calibrate one arm at a time (--arm)'),
+    (['run', '--arm', 'left'], 'run: /robot/joint_states has no joints of the left arm, only '
+     'right_e0, right_e1, right_s0, right_s1, right_w0, right_w1, right_w2'),
+], ids=lambda value: ' '.join(value) if isinstance(value, list) else '')
+def test_what_is_refused_is_one_line_and_nothing_is_written(
+        refused, make_bag, moving_arm, tmp_path, arguments, line):
+    if '--plan' in arguments:
+        pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+    make_bag(moving_arm(30))
+    make_bag(moving_arm(30, 'left'), name='left')
+    (tmp_path / 'file').write_text('mine')
+    (tmp_path / 'taken.yaml').mkdir()
+    (tmp_path / 'report.html').mkdir()
+    assert refused('calibrate', *arguments) == line.format(tmp=tmp_path)
+
+
+@pytest.mark.parametrize('n, fields, line', [
+    (500, {}, '4.8 s of motion are too short: expected at least 10 s, better a minute (--plan '
+     'shows one)'),
+    (1200, {'effort': np.zeros(7)}, '1200 of 1200 joint states have no valid effort ('),
+    (1200, {'effort': ()}, '1200 of 1200 joint states have no valid effort ('),
+    (1200, {'velocity': np.zeros(7), 'position': np.full(7, 0.5)},
+     'no joint moves faster than 0.000 rad/s: record a motion that turns every joint round'),
+    (1200, {'effort': np.full(7, np.nan)}, 'no valid joint states of the arm'),
+    (1200, {'names': [name.replace('right', 'middle') for name in joint_names('right')]},
+     'run: /robot/joint_states has no joints of an arm, only middle_e0'),
+    (1200, {'names': [*joint_names('right')[:6], 'right_w3']}, 'no valid joint states of the arm'),
+], ids=['too_short', 'effort_all_zero', 'effort_missing', 'no_motion', 'effort_not_a_number',
+        'wrong_joints', 'one_wrong_joint'])
+def test_recordings_that_cannot_be_fitted_to_are_refused_with_the_reason(
+        refused, make_bag, changed, n, fields, line):
+    make_bag(changed(n, **fields))
+    assert refused('calibrate', 'run', '--output', 'robot.yaml').startswith(line)
+
+
+def test_what_is_there_stays_when_a_calibration_is_refused(refused, make_bag, changed, tmp_path):
+    (tmp_path / 'robot.yaml').write_text('mine')
+    (tmp_path / 'robot.html').write_text('mine, too')
+    make_bag(changed(500))
+    refused('calibrate', 'run', '--output', 'robot.yaml')  # asserts it
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_work_begins(
+        refused, make_bag, moving_arm, closed, tmp_path):
+    make_bag(moving_arm(30))
+    folder = tmp_path / 'locked'
+    folder.mkdir()
+    with closed(folder, 0o555):
+        assert refused('calibrate', 'run', '--output', 'locked/robot.yaml') == (
+            f'--output: {folder} cannot be written (Permission denied)')
+
+
+def test_a_name_of_any_kind_does_not_break_the_file(command, make_bag, moving_arm, tmp_path):
+    """The head of the file quotes the command line, which names the recording."""
+    name = 'a\nb: {\a\u2028[ caf\udce9'
+    bag = make_bag(moving_arm(1100, truth=TRUTH)).rename(tmp_path / name)
+    file = tmp_path / 'robot.yaml'
+    code, _, err = command('calibrate', bag, '--only', 'bias', '--output', file)
+    assert (code, err) == (0, '')
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
+    assert set(read_parameters(file)) == {'arm', 'effort_model.bias'} < set(DEFAULTS)

@@ -1,0 +1,144 @@
+"""The door: one arm's joints by name out of any message, or the reason why not."""
+
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.joint_selection import Intake
+from baxter_dynamics_ros.model.joints import joint_names
+import numpy as np
+import pytest
+
+ALPHABETICAL = ('e0', 'e1', 's0', 's1', 'w0', 'w1', 'w2')
+# The message of the robot's own publisher.
+SDK = ('head_nod', 'head_pan', *(f'left_{joint}' for joint in ALPHABETICAL),
+       *(f'right_{joint}' for joint in ALPHABETICAL), 'torso_t0')
+GRIPPER = ('right_gripper_l_finger_joint', 'right_gripper_r_finger_joint')
+FIELDS = ('position', 'velocity', 'effort')
+EMPTY = np.empty(0)
+
+pytestmark = pytest.mark.filterwarnings('error')
+
+
+def values(names) -> dict:
+    """Return a message in which each joint of SDK has values of its own."""
+    k = np.array([SDK.index(name) if name in SDK else len(SDK) for name in names], dtype=float)
+    return {'position': 0.1 * k + 0.01, 'velocity': k + 0.02, 'effort': 10.0 * k + 0.03}
+
+
+@pytest.fixture
+def intake():
+    return Intake('right')
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+@pytest.mark.parametrize('arrange', [list, lambda names: names[::-1], lambda names: sorted(
+    names, key=lambda name: (name[-1], name))], ids=['sdk', 'reversed', 'shuffled'])
+def test_picks_the_joints_by_name(side, arrange):
+    names = arrange(SDK)
+    wanted = values([f'{side}_{joint}' for joint in ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2')])
+    for read, field in zip(Intake(side).read(names, **values(names)), FIELDS):
+        np.testing.assert_array_equal(read, wanted[field])
+
+
+def test_reading_does_not_alias_the_message(intake):
+    names = joint_names('right')
+    message = values(names)
+    read = intake.read(names, **message)
+    for field in FIELDS:
+        message[field][:] = -1.0
+    for array, field in zip(read, FIELDS):
+        np.testing.assert_array_equal(array, values(names)[field])
+
+
+def test_what_is_read_is_read_only(intake):
+    assert not any(array.flags.writeable for array in intake.read(SDK, **values(SDK)))
+
+
+@pytest.mark.parametrize('missing', [('velocity',), ('effort',), ('velocity', 'effort')])
+def test_missing_velocity_and_effort_are_none(intake, missing):
+    read = dict(zip(FIELDS, intake.read(SDK, **(values(SDK) | {f: EMPTY for f in missing}))))
+    wanted = values(joint_names('right'))
+    for field in FIELDS:
+        if field in missing:
+            assert read[field] is None
+        else:
+            np.testing.assert_array_equal(read[field], wanted[field])
+
+
+@pytest.mark.parametrize('names, event', [
+    ((), Event.NOT_THIS_ARM),
+    (GRIPPER, Event.NOT_THIS_ARM),
+    (joint_names('left'), Event.NOT_THIS_ARM),
+    (('right_s0_extra', 's0'), Event.NOT_THIS_ARM),
+    (joint_names('right')[:6], Event.INCOMPLETE_ARM),
+    (joint_names('left') + ('right_w2',), Event.INCOMPLETE_ARM),
+    (joint_names('right') + ('right_e1',), Event.DUPLICATE_JOINT),
+    (joint_names('right')[:6] + ('right_s0',), Event.DUPLICATE_JOINT),
+], ids=['empty', 'gripper', 'other arm', 'similar names', 'six joints', 'one joint',
+        'eight joints', 'one for another'])
+def test_refuses_names(intake, names, event):
+    assert intake.read(names, **values(names)) is event
+
+
+@pytest.mark.parametrize('names', [SDK + ('left_e1', 'head_pan'), joint_names('right') + GRIPPER],
+                         ids=['twice', 'gripper'])
+def test_other_joints_do_no_harm(intake, names):
+    q, _, _ = intake.read(names, **values(names))
+    np.testing.assert_array_equal(q, values(joint_names('right'))['position'])
+
+
+@pytest.mark.parametrize('field', FIELDS)
+@pytest.mark.parametrize('n', [1, len(SDK) - 1, len(SDK) + 1])
+def test_length_mismatch(intake, field, n):
+    message = values(SDK) | {field: np.ones(n)}
+    assert intake.read(SDK, **message) is Event.LENGTH_MISMATCH
+
+
+def test_position_must_not_be_empty(intake):
+    assert intake.read(SDK, **(values(SDK) | {'position': EMPTY})) is Event.LENGTH_MISMATCH
+
+
+@pytest.mark.parametrize('field', FIELDS)
+@pytest.mark.parametrize('joint', joint_names('right'))
+@pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
+def test_non_finite(intake, field, joint, value):
+    message = values(SDK)
+    message[field][SDK.index(joint)] = value
+    assert intake.read(SDK, **message) is Event.NON_FINITE
+
+
+def test_non_finite_is_named_before_implausible(intake):
+    message = values(SDK)
+    message['position'][SDK.index('right_s0')] = 1e9
+    message['effort'][SDK.index('right_w2')] = np.nan
+    assert intake.read(SDK, **message) is Event.NON_FINITE
+
+
+@pytest.mark.parametrize('field', FIELDS)
+def test_non_finite_value_of_another_joint_does_no_harm(intake, field):
+    message = values(SDK)
+    for joint, value in zip(('head_pan', 'left_e0', 'torso_t0'), (np.nan, np.inf, 1e300)):
+        message[field][SDK.index(joint)] = value
+    q, _, _ = intake.read(SDK, **message)
+    np.testing.assert_array_equal(q, values(joint_names('right'))['position'])
+
+
+@pytest.mark.parametrize('field, bound', [
+    ('position', 2 * np.pi), ('velocity', 40.0), ('effort', 1000.0)], ids=FIELDS)
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_implausible(intake, field, bound, sign):
+    for joint in joint_names('right'):
+        message = values(SDK)
+        message[field][SDK.index(joint)] = sign * bound
+        assert isinstance(intake.read(SDK, **message), tuple)
+        message[field][SDK.index(joint)] *= 1 + 1e-12
+        assert intake.read(SDK, **message) is Event.IMPLAUSIBLE
+
+
+def test_layout_is_found_once_and_kept(intake):
+    assert intake.layout(list(SDK)) is intake.layout(SDK)
+
+
+def test_memory_of_layouts_is_bounded(intake):
+    for i in range(1000):
+        assert intake.layout((f'joint_{i}',)) is Event.NOT_THIS_ARM
+    assert len(intake._layouts) <= 64
+    np.testing.assert_array_equal(intake.layout(SDK), [SDK.index(n) for n in intake.names])

@@ -1,0 +1,104 @@
+"""The whole pipeline on recordings of a real arm: the residual that is left, and why."""
+
+from functools import lru_cache
+from pathlib import Path
+
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.joints import joint_names, S1
+import numpy as np
+import pytest
+
+SETTLING = 21  # samples: the first and those within 0.207 s of it
+
+
+@pytest.fixture
+def tracking(recordings):
+    """Return the period [s] and a list of (position, velocity, effort), each (n, 7)."""
+    return load(recordings)
+
+
+@lru_cache
+def load(folder: Path) -> tuple:
+    with np.load(folder / 'baxter_left_arm_tracking.npz') as file:
+        assert tuple(file['joint_names']) == joint_names('left')
+        which = file['recording']
+        fields = [file[name] for name in ('position', 'velocity', 'effort')]
+        period = float(file['period'])
+    recordings = [tuple(field[which == i] for field in fields) for i in range(which.max() + 1)]
+    assert len(recordings) == 12
+    return period, recordings
+
+
+def residuals(period: float, recordings: list, **values) -> list:
+    """Play each recording to a predictor of its own; return what is left of each, (n, 7) [N m]."""
+    names, settings, result = joint_names('left'), PredictorSettings({'arm': 'left'} | values), []
+    for recording in recordings:
+        predictor = settings.predictor()
+        predictions = [predictor.handle(round(i * period * 1e9), names, *arrays)
+                       for i, arrays in enumerate(zip(*recording))]
+        result.append(np.array([p.residual for p in predictions if p is not None]))
+        n = len(predictions)
+        assert predictor.counts == {'received': n, 'taken': n, 'predicted': n - SETTLING}
+    return result
+
+
+@lru_cache
+def pipeline_residuals(folder: Path) -> list:
+    return residuals(*load(folder))
+
+
+def rms(parts: list) -> np.ndarray:
+    """Return the RMS (7,) of a list of arrays (n, 7)."""
+    return np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0))
+
+
+def test_residual_of_the_pipeline(recordings):
+    limit = [0.95, 0.96, 0.85, 0.60, 0.15, 0.34, 0.21]  # [N m]
+    left = rms(pipeline_residuals(recordings))
+    print('residual RMS [N m]:', left.round(2))
+    assert (left < limit).all()
+
+
+def test_alignment_lowers_it(recordings, tracking):
+    period, all_ = tracking
+    aligned = rms(pipeline_residuals(recordings)[::4])
+    unaligned = rms(residuals(period, all_[::4], align=False))
+    assert (aligned < unaligned)[:6].all()
+    assert aligned[6] < 1.01 * unaligned[6]  # w2 moves next to nothing
+
+
+def test_first_order_difference_is_worse(recordings, tracking):
+    """As the paper computes it: newest values, acceleration from the last two velocities."""
+    period, all_ = tracking
+    arm, model, prototype = BaxterArm(), EffortModel(), []
+    for q, qd, effort in all_:
+        q, qd, qdd, effort = q[1:], qd[1:], np.diff(qd, axis=0) / period, effort[1:]
+        prototype.append(effort - model.effort(
+            arm.inverse_dynamics(q, qd, qdd), q, qd, qdd))
+    print("with the paper's first difference:", rms(prototype).round(2))
+    np.testing.assert_allclose(
+        rms(prototype), [4.39, 3.17, 2.50, 1.45, 0.23, 0.37, 0.20], atol=0.05)
+    assert (rms(pipeline_residuals(recordings)) < rms(prototype))[:6].all()
+
+
+def test_without_the_spring_s1_cannot_be_predicted(tracking):
+    period, all_ = tracking
+    without = residuals(period, all_[:1], **{'effort_model.enabled': False})
+    assert rms(without)[S1] > 15.0
+
+
+def test_velocity_lags_position_by_14_ms(tracking):
+    """A lag L makes the integral of the velocity fall short of the position by L qd."""
+    period, all_ = tracking
+    n = 100  # samples over which to integrate
+    product, square = 0.0, 0.0
+    for q, qd, _ in all_:
+        integral = period * np.cumsum(qd, axis=0) - 0.5 * period * qd
+        velocity = (q[4:] - q[:-4]) / (4 * period)  # without lag
+        shortfall, change = (x[n:] - x[:-n] for x in ((q - integral)[2:-2], velocity))
+        shortfall, change = (x - x.mean(0) for x in (shortfall, change))
+        product = product + (shortfall * change).sum(0)
+        square = square + (change ** 2).sum(0)
+    np.testing.assert_allclose(product / square, 0.014, atol=0.002)

@@ -1,0 +1,294 @@
+"""The stream handler: residuals of known motion, their sign, and messages of all sorts."""
+
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+import numpy as np
+import perfect_robot
+from perfect_robot import trajectory
+import pytest
+
+MS = 1_000_000  # [ns]
+START = 1_700_000_000_000_000_000  # [ns]
+DELAY = 59_015_816  # 0.014 s + sqrt(2) / (2 pi 5 Hz) [ns]
+RIGHT = joint_names('right')
+EMPTY = np.empty(0)
+CALIBRATED = {'effort_model.coulomb': [0.5] * 7, 'effort_model.coulomb_velocity': 0.3,
+              'effort_model.viscous': [0.2] * 7, 'payload.mass': 0.7,
+              'effort_model.bias': [1.0, -2.0, 0.5, 0.3, 0.1, -0.1, 0.05]}
+
+pytestmark = pytest.mark.filterwarnings('error')
+
+
+def measured(settings: PredictorSettings, n: int = 300, extra: float = 0.0) -> list:
+    """Return stamp, position, velocity and effort of n messages of a perfect robot at 100 Hz."""
+    q, qd, effort = perfect_robot.measured(settings, np.arange(n) * 0.01)
+    stamps = [START + 10 * MS * i for i in range(n)]
+    return list(zip(stamps, q, qd, effort + extra))
+
+
+def play(predictor, messages, names=RIGHT) -> list:
+    """Return what the predictor returns for each message."""
+    return [predictor.handle(stamp, names, *arrays) for stamp, *arrays in messages]
+
+
+def with_names(message: tuple, names=RIGHT) -> tuple:
+    return (message[0], names, *message[1:])
+
+
+def rms_residual(predictions) -> np.ndarray:
+    """Return the RMS residual (7,) [N m]."""
+    residuals = [p.residual for p in predictions if p is not None]
+    return np.sqrt(np.mean(np.square(residuals), axis=0))
+
+
+@pytest.mark.parametrize('values', [{}, CALIBRATED, {'effort_model.enabled': False}],
+                         ids=['default', 'calibrated', 'rigid'])
+def test_a_perfect_robot_has_no_residual(values):
+    settings = PredictorSettings(values)
+    messages = measured(settings)
+    predictions = play(settings.predictor(), messages)
+    assert np.std([message[3] for message in messages], axis=0)[:4].min() > 0.3  # there is effort
+    assert (rms_residual(predictions) < [0.02, 0.02, 0.02, 0.02, 0.01, 0.01, 0.01]).all()
+
+
+def test_prediction_is_for_its_stamp():
+    settings = PredictorSettings()
+    messages = measured(settings)
+    for message, prediction in zip(messages, play(settings.predictor(), messages)):
+        if prediction is None:
+            assert message[0] - START < 208 * MS
+            continue
+        assert abs(message[0] - DELAY - prediction.stamp_ns) <= 1
+        q, qd, qdd = trajectory(np.array([(prediction.stamp_ns - START) * 1e-9]))
+        np.testing.assert_allclose(prediction.q, q[0], atol=1e-3)
+        np.testing.assert_allclose(prediction.tau, settings.arm.inverse_dynamics(
+            prediction.q, prediction.qd, prediction.qdd), rtol=1e-12)
+        if message[0] - START > 500 * MS:
+            np.testing.assert_allclose(prediction.qd, qd[0], atol=0.01)
+            np.testing.assert_allclose(prediction.qdd, qdd[0], atol=0.05)
+
+
+def test_alignment_makes_the_difference():
+    rms = {}
+    for align in (True, False):
+        settings = PredictorSettings({'align': align})
+        predictions = play(settings.predictor(), messages := measured(settings))
+        rms[align] = rms_residual(predictions)
+    assert predictions[-1].stamp_ns == messages[-1][0]
+    assert (rms[False] > 10 * rms[True])[:4].all()
+
+
+@pytest.mark.parametrize('extra', [1.0, -1.0])
+def test_residual_is_measured_less_predicted(extra):
+    settings = PredictorSettings()
+    predictions = play(settings.predictor(), measured(settings, extra=extra))
+    np.testing.assert_allclose(predictions[-1].residual, extra, atol=0.05)
+
+
+def test_fields_of_a_prediction_fit_together():
+    settings = PredictorSettings(CALIBRATED)
+    messages = measured(settings)
+    prediction = play(settings.predictor(), messages)[-1]
+    np.testing.assert_allclose(prediction.effort, settings.effort_model.effort(
+        prediction.tau, prediction.q, prediction.qd, prediction.qdd), rtol=1e-12)
+    t = np.array([(stamp - START) * 1e-9 for stamp, *_ in messages])
+    then = (prediction.stamp_ns - START) * 1e-9
+    effort = [np.interp(then, t, joint) for joint in np.array([m[3] for m in messages]).T]
+    np.testing.assert_allclose(prediction.residual, effort - prediction.effort, atol=1e-6)
+
+
+@pytest.mark.parametrize('effort, event', [
+    (EMPTY, Event.EFFORT_MISSING), (np.zeros(7), Event.EFFORT_ALL_ZERO)], ids=['none', 'zero'])
+def test_no_effort_means_no_residual(effort, event):
+    settings = PredictorSettings()
+    messages = [(stamp, q, qd, effort) for stamp, q, qd, _ in measured(settings, 60)]
+    predictor = settings.predictor()
+    predictions = [p for p in play(predictor, messages) if p is not None]
+    assert len(predictions) == predictor.counts['predicted'] == 39
+    assert all(p.residual is None and np.isfinite(p.effort).all() for p in predictions)
+    assert predictor.counts[event] == 60
+
+
+def test_a_single_zero_effort_is_no_missing_one():
+    settings = PredictorSettings()
+    messages = measured(settings, 60)
+    for *_, effort in messages:
+        effort[1:] = 0.0
+    predictor = settings.predictor()
+    assert play(predictor, messages)[-1].residual is not None
+    assert predictor.counts[Event.EFFORT_ALL_ZERO] == 0
+
+
+def test_no_velocity_is_taken_from_the_positions():
+    settings = PredictorSettings()
+    messages = [(stamp, q, EMPTY, effort) for stamp, q, _, effort in measured(settings)]
+    predictor = settings.predictor()
+    predictions = play(predictor, messages)
+    assert abs(messages[-1][0] - predictions[-1].stamp_ns - DELAY - MS) <= 1  # 15 ms, not 14
+    assert predictor.counts[Event.VELOCITY_MISSING] == len(messages)
+    assert (rms_residual(predictions[100:]) < 0.02).all()
+
+
+def test_spring_held_is_counted():
+    settings = PredictorSettings({'effort_model.spring_range': [-0.5, 1.0]})
+    predictor = settings.predictor()
+    predictions = [p for p in play(predictor, measured(settings)) if p is not None]
+    held = sum(p.q[1] < -0.5 for p in predictions)
+    assert predictor.counts[Event.SPRING_HELD] == held
+    assert 0 < held < len(predictions)
+    predictor = PredictorSettings().predictor()
+    play(predictor, measured(settings))
+    assert predictor.counts[Event.SPRING_HELD] == 0
+
+
+def test_no_spring_is_held_where_there_is_none():
+    settings = PredictorSettings({'effort_model.enabled': False})
+    messages = measured(settings, 60)
+    for _, q, *_ in messages:
+        q[1] += 1.9
+    predictor = settings.predictor()
+    assert play(predictor, messages)[-1].q[1] > 1.0
+    assert predictor.counts[Event.SPRING_HELD] == 0
+
+
+@pytest.mark.parametrize('side, other', [('left', 'right'), ('right', 'left')])
+def test_an_arm_picks_its_own_joints(side, other):
+    settings = PredictorSettings({'arm': side})
+    messages = measured(settings)
+    names = ('head_pan', *joint_names(other)[::-1], *joint_names(side)[::-1], 'torso_t0')
+    noise = np.random.default_rng(1)
+    among_others = [(stamp, *(
+        np.concatenate([noise.normal(size=8), array[::-1], [np.nan]]) for array in arrays))
+        for stamp, *arrays in messages]
+    alone = play(settings.predictor(), messages, joint_names(side))[-1]
+    picked = play(settings.predictor(), among_others, names)[-1]
+    np.testing.assert_array_equal(picked.tau, alone.tau)
+    np.testing.assert_array_equal(picked.residual, alone.residual)
+    predictor = settings.predictor()
+    assert not any(play(predictor, messages, joint_names(other)))
+    assert predictor.counts == {'received': 300, Event.NOT_THIS_ARM: 300}
+    assert predictor.latest is None
+
+
+def test_latest_and_prediction_are_the_newest():
+    settings = PredictorSettings()
+    predictor = settings.predictor()
+    assert predictor.latest is None and predictor.prediction is None
+    for stamp, *arrays in measured(settings, 40):
+        prediction = predictor.handle(stamp, RIGHT, *arrays)
+        assert predictor.latest.stamp_ns == stamp
+        np.testing.assert_array_equal(predictor.latest.q, arrays[0])
+        assert predictor.prediction is prediction
+    newest = predictor.latest
+    assert predictor.handle(stamp - MS, RIGHT, *arrays) is None  # dropped
+    assert predictor.latest is newest and predictor.prediction is prediction
+
+
+def test_handled_arrays_are_not_aliased():
+    settings = PredictorSettings()
+    messages = measured(settings, 60)
+    wanted = play(settings.predictor(), messages)[-1]
+    predictor, buffers = settings.predictor(), [np.empty(7) for _ in range(3)]
+    for stamp, *arrays in messages:  # a publisher that fills the same arrays again and again
+        for buffer, array in zip(buffers, arrays):
+            buffer[:] = array
+        found = predictor.handle(stamp, RIGHT, *buffers)
+        for buffer in buffers:
+            buffer[:] = 0.0
+    np.testing.assert_array_equal(found.residual, wanted.residual)
+
+
+def test_predictions_are_read_only():
+    settings = PredictorSettings(CALIBRATED)
+    _, *arrays = play(settings.predictor(), measured(settings, 60))[-1]
+    assert len(arrays) == 6 and not any(array.flags.writeable for array in arrays)
+
+
+def test_predictions_stay_as_they_were():
+    settings = PredictorSettings(CALIBRATED)
+    predictor, messages = settings.predictor(), measured(settings, 80)
+    prediction = play(predictor, messages[:60])[-1]
+    copies = [array.copy() for array in prediction[1:]]
+    play(predictor, messages[60:])
+    for array, copy in zip(prediction[1:], copies):
+        np.testing.assert_array_equal(array, copy)
+
+
+def test_reset_starts_anew():
+    settings = PredictorSettings()
+    messages = measured(settings, 60)
+    predictor = settings.predictor()
+    first = play(predictor, messages)
+    predictor.reset()
+    assert predictor.prediction is None
+    assert predictor.latest.stamp_ns == messages[-1][0]  # still what was last measured
+    once = {'received': 60, 'taken': 60, 'predicted': 39, Event.RESET_REQUESTED: 1}
+    assert predictor.counts == once
+    again = play(predictor, messages)  # the same stamps, which now run back
+    assert predictor.counts == once | {'received': 120, 'taken': 120, 'predicted': 78}
+    assert [p is None for p in again] == [p is None for p in first]
+    np.testing.assert_array_equal(again[-1].residual, first[-1].residual)
+
+
+def test_another_model_takes_over_in_mid_stream():
+    before, after = PredictorSettings(), PredictorSettings(CALIBRATED)
+    messages = measured(after, 60)
+    predictor = before.predictor()
+    assert play(predictor, messages[:50])[-1] is not None
+    after.configure(predictor, before)
+    (prediction,) = play(predictor, messages[50:51])
+    wanted = play(after.predictor(), messages[:51])[-1]
+    np.testing.assert_array_equal(prediction.residual, wanted.residual)
+    assert predictor.counts == {'received': 51, 'taken': 51, 'predicted': 30}
+
+
+@pytest.mark.parametrize('change', [{'acceleration.cutoff': 8.0}, {'align': False},
+                                    {'acceleration.velocity_lag': 0.0}], ids=str)
+def test_another_estimator_starts_anew_and_keeps_the_counts(change):
+    before, after = PredictorSettings(), PredictorSettings(change)
+    messages = measured(before, 100)
+    predictor = before.predictor()
+    play(predictor, messages[:50])
+    after.configure(predictor, before)
+    assert predictor.prediction is None
+    found = play(predictor, messages[50:])
+    wanted = play(after.predictor(), messages[50:])
+    assert [p is None for p in found] == [p is None for p in wanted]
+    assert found[-1].stamp_ns == wanted[-1].stamp_ns
+    np.testing.assert_array_equal(found[-1].residual, wanted[-1].residual)
+    assert predictor.counts['received'] == 100
+    assert predictor.counts[Event.RESET_REQUESTED] == 1
+
+
+@pytest.mark.parametrize('event, change', [
+    (Event.RESET_GAP, lambda stamp, q, qd, effort: (stamp + 251 * MS, q, qd, effort)),
+    (Event.RESET_CLOCK_JUMP, lambda stamp, q, qd, effort: (stamp - 700 * MS, q, qd, effort)),
+    (Event.RESET_POSITION_JUMP, lambda stamp, q, qd, effort: (stamp, q + 0.1, qd, effort)),
+    (Event.RESET_VELOCITY_SOURCE, lambda stamp, q, qd, effort: (stamp, q, EMPTY, effort))],
+    ids=['gap', 'clock jump', 'position jump', 'velocity source'])
+def test_after_a_reset_predictions_are_withheld(event, change):
+    settings = PredictorSettings()
+    messages = measured(settings, 100)
+    predictor = settings.predictor()
+    assert play(predictor, messages[:50])[-1] is not None
+    assert predictor.handle(*with_names(change(*messages[50]))) is None
+    assert predictor.prediction is None
+    assert predictor.latest is not None
+    returned = play(predictor, [change(*message) for message in messages[51:]])
+    assert [p is None for p in returned] == [True] * 20 + [False] * 29
+    assert predictor.counts[event] == 1
+
+
+def test_repeated_stamps_are_taken_in_without_prediction_where_stamps_are_believed():
+    settings = PredictorSettings({'stamps': 'header'})
+    messages = measured(settings, 100)
+    # As after a bridge: two messages arrive together, the first of them late.
+    for i in range(0, 100, 2):
+        messages[i] = (messages[i + 1][0], *messages[i][1:])
+    predictor = settings.predictor()
+    returned = play(predictor, messages)
+    assert predictor.counts[Event.REPEATED_STAMP] == 50
+    assert all(p is None for p in returned[1::2])
+    assert all(p is not None for p in returned[30::2])
+    np.testing.assert_array_equal(predictor.latest.q, messages[-1][1])

@@ -1,0 +1,330 @@
+"""The door: what it lets in and as what, on which time line, and that nothing goes uncounted."""
+
+from arrivals import bursts
+from baxter_dynamics_ros.estimation.events import DROPPED, Event, RESETS
+from baxter_dynamics_ros.estimation.retiming import MODES, Retiming
+from baxter_dynamics_ros.estimation.stream import Stream
+from baxter_dynamics_ros.model.joints import joint_names
+import numpy as np
+import pytest
+
+START = 1_700_000_000_000_000_000  # [ns]
+MS = 1_000_000  # [ns]
+RIGHT = joint_names('right')
+Q = np.array([0.1, -0.5, 0.2, 1.0, -0.3, 0.4, 0.0])
+QD = np.full(7, 0.3)
+EFFORT = np.array([1.0, 20.0, 2.0, 8.0, 0.1, 0.5, 0.0])
+EMPTY = np.empty(0)
+ARRIVALS = [round(x * 1e9) for x in bursts(0.01 * np.arange(600))]  # [ns]
+LOCKED = 110  # messages at 100 Hz, after which arrivals are re-timed
+
+
+def take(stream, after, q=Q, qd=QD, effort=EFFORT, names=RIGHT):
+    """Take a joint state stamped ``after`` [ns] after START."""
+    return stream.take(START + after, names, q, qd, effort)
+
+
+def even(stream, n=LOCKED, since=0):
+    """Take n joint states, 10 ms apart, each with data of its own; return the samples."""
+    return [take(stream, 10 * MS * i, effort=EFFORT + 0.004 * (i % 7))
+            for i in range(since, since + n)]
+
+
+@pytest.fixture(params=['header', 'auto'])
+def stream(request):
+    """Return one that has let in a sample at START, whose stamps are believed."""
+    stream = Stream('right', request.param)
+    assert take(stream, 0).begins
+    return stream
+
+
+# ---- samples
+
+def test_a_sample_is_the_state_and_the_step_to_it(stream):
+    assert stream.latest.stamp_ns == START
+    for after, dt in ((10, 0.010), (13, 0.003), (250, 0.237)):
+        sample = take(stream, after * MS)
+        assert not sample.begins
+        assert sample.dt == pytest.approx(dt, abs=1e-12)
+        assert sample.state is stream.latest
+        assert sample.state.stamp_ns == START + after * MS
+    for found, wanted in zip(sample.state[1:], (Q, QD, EFFORT)):
+        np.testing.assert_array_equal(found, wanted)
+    assert stream.counts == {'received': 4, 'taken': 4}
+
+
+@pytest.mark.parametrize('order', [1, -1], ids=['joint order', 'reversed'])
+def test_the_arm_is_picked_by_name_among_others(order):
+    for side in ('right', 'left'):
+        names = (joint_names('left') + ('torso_t0',) + joint_names('right'))[::order]
+        values = np.arange(15) * 0.1
+        sample = take(Stream(side, 'auto'), 0, values, values, values, names)
+        wanted = [values[names.index(name)] for name in joint_names(side)]
+        np.testing.assert_array_equal(sample.state.q, wanted)
+
+
+def test_zero_is_a_stamp_like_any_other():
+    stream = Stream('right', 'auto')  # whoever knows a clock must replace it
+    assert stream.take(0, RIGHT, Q, QD, EFFORT).state.stamp_ns == 0
+    assert stream.take(10 * MS, RIGHT, Q, QD, EFFORT).dt == pytest.approx(0.01)
+    assert stream.counts[Event.UNSTAMPED] == 0
+
+
+@pytest.mark.parametrize('message, event, field', [
+    ({'effort': EMPTY}, Event.EFFORT_MISSING, 'effort'),
+    ({'effort': np.zeros(7)}, Event.EFFORT_ALL_ZERO, 'effort'),
+    ({'qd': EMPTY}, Event.VELOCITY_MISSING, 'qd')], ids=lambda x: getattr(x, 'value', None))
+def test_what_is_missing_is_counted_and_the_rest_taken(message, event, field):
+    stream = Stream('right', 'auto')
+    samples = [take(stream, 10 * MS * i, **message) for i in range(3)]
+    assert all(getattr(sample.state, field) is None for sample in samples)
+    assert stream.counts == {'received': 3, 'taken': 3, event: 3}
+
+
+def test_one_joint_with_effort_is_measured_effort(stream):
+    one = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.004])
+    np.testing.assert_array_equal(take(stream, 10 * MS, effort=one).state.effort, one)
+    assert not stream.counts[Event.EFFORT_ALL_ZERO]
+
+
+def test_no_velocity_of_an_arm_at_rest_is_none(stream):
+    assert take(stream, 10 * MS, qd=np.zeros(7)).state.qd is not None
+
+
+# ---- who is turned away, and for which of several reasons
+
+FAULTS = {
+    Event.NOT_THIS_ARM: {'names': joint_names('left'), 'q': EMPTY},
+    Event.DUPLICATE_JOINT: {'names': RIGHT[:6] + RIGHT[:1], 'q': Q[:3]},
+    Event.INCOMPLETE_ARM: {'names': RIGHT[:6], 'q': Q[:3]},
+    Event.LENGTH_MISMATCH: {'q': np.full(6, np.nan)},
+    Event.NON_FINITE: {'q': np.array([np.nan, 99.0, 0.0, 0.0, 0.0, 0.0, 0.0])},
+    Event.IMPLAUSIBLE: {'q': Q + 99.0},
+}
+
+
+@pytest.mark.parametrize('after', [-700, -100, 0, 10, 999], ids=lambda ms: f'{ms} ms')
+@pytest.mark.parametrize('event', FAULTS, ids=lambda event: event.value)
+def test_what_a_message_holds_is_judged_before_its_stamp(stream, event, after):
+    before = stream.latest
+    assert take(stream, after * MS, **FAULTS[event]) is None
+    assert stream.counts == {'received': 2, 'taken': 1, event: 1}
+    assert stream.latest is before
+    sample = take(stream, 20 * MS)  # nothing of it is remembered
+    assert sample.dt == pytest.approx(0.02) and not sample.begins
+
+
+@pytest.mark.parametrize('after, change, event', [
+    (251, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_GAP),
+    (-500, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_CLOCK_JUMP),
+    (10, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_VELOCITY_SOURCE),
+    (10, {'q': Q + 0.5}, Event.RESET_POSITION_JUMP),
+    (0, {'q': Q + 0.5}, Event.RESET_POSITION_JUMP)],
+    ids=lambda x: getattr(x, 'value', None))
+def test_one_of_the_reasons_to_start_anew_is_counted(stream, after, change, event):
+    sample = take(stream, after * MS, **change)
+    assert sample.begins and sample.state.stamp_ns == START + after * MS
+    assert {e: stream.counts[e] for e in RESETS if stream.counts[e]} == {event: 1}
+    following = take(stream, (after + 10) * MS, **change)
+    assert not following.begins and following.dt == pytest.approx(0.01)
+    assert stream.counts['taken'] == 3
+
+
+@pytest.mark.parametrize('after, event', [(-100, Event.OUT_OF_ORDER), (0, Event.DUPLICATE)])
+def test_late_and_repeated_messages_are_dropped(stream, after, event):
+    before = stream.latest
+    assert [take(stream, after * MS) for _ in range(4)] == [None] * 4
+    assert stream.counts == {'received': 5, 'taken': 1, event: 4}
+    assert stream.latest is before
+
+
+def test_new_data_at_the_last_stamp_are_a_sample_without_a_step():
+    stream = Stream('right', 'header')
+    take(stream, 0)
+    sample = take(stream, 0, effort=EFFORT + 1.0)
+    assert sample.dt == 0.0 and not sample.begins
+    assert stream.counts == {'received': 2, 'taken': 2, Event.REPEATED_STAMP: 1}
+
+
+@pytest.mark.parametrize('mode', MODES)
+@pytest.mark.parametrize('seed', range(5))
+def test_each_message_is_taken_or_dropped(mode, seed):
+    random = np.random.default_rng(seed)
+    stream = Stream('right', mode)
+    latest, samples, stamp = None, 0, 0
+    for _ in range(600):
+        stamp += int(random.choice([10 * MS] * 20 + [0, 0, 10 ** 5, -100 * MS, -MS, -800 * MS,
+                                                     260 * MS]))
+        message = {'q': Q + random.choice([0.0, 0.01, 0.3], p=[0.6, 0.35, 0.05])}
+        if random.random() < 0.1:
+            message |= random.choice(list(FAULTS.values()))
+        if random.random() < 0.1:
+            message['effort'] = EMPTY
+        dropped = sum(stream.counts[event] for event in DROPPED)
+        sample = take(stream, stamp, **message)
+        if sum(stream.counts[event] for event in DROPPED) > dropped:
+            assert sample is None and stream.latest is latest
+        else:
+            assert stream.latest is not latest
+        latest = stream.latest
+        if sample is not None:
+            samples += 1
+            assert sample.state is latest
+            assert sample.dt >= 0.0
+    counts = stream.counts
+    assert counts['received'] == 600
+    assert counts['taken'] + sum(counts[event] for event in DROPPED) == 600
+    assert counts['taken'] > 400
+    if mode == 'header':
+        assert samples == counts['taken']
+    assert sum(counts[event] for event in DROPPED) > 40
+
+
+# ---- re-timed stamps
+
+@pytest.mark.parametrize('mode', ['auto', 'arrival'])
+def test_stamps_are_the_clocks(mode):
+    stream, clock = Stream('right', mode), Retiming(mode)
+    last = None
+    begun = []
+    for i, after in enumerate(ARRIVALS[:600]):
+        wanted = clock.update(START + after, True)
+        sample = take(stream, after, q=Q + 1e-4 * (i % 10))
+        assert (sample is None) == (wanted is None)
+        if sample is None:
+            assert stream.latest.stamp_ns == START + after  # there is no better one
+            continue
+        assert sample.state.stamp_ns == stream.latest.stamp_ns == wanted
+        assert sample.begins == clock.restarted
+        if sample.begins:
+            begun.append(i)
+        else:
+            assert sample.dt == pytest.approx((wanted - last) * 1e-9, abs=1e-12)
+        last = wanted
+    assert stream.counts['taken'] == stream.counts['received'] == 600
+    if mode == 'auto':
+        assert begun[0] == 0 and stream.counts[Event.RESET_RETIMED] == 1
+        assert 0 < stream.counts[Event.REPEATED_STAMP] < 30  # before they were recognised
+    else:
+        assert stream.counts == {'received': 600, 'taken': 600}
+    assert 90 < begun[-1] < 130 and len(begun) == (2 if mode == 'auto' else 1)
+
+
+def test_samples_are_withheld_until_there_is_a_line():
+    stream = Stream('right', 'arrival')
+    samples = even(stream)
+    first = next(i for i, sample in enumerate(samples) if sample is not None)
+    assert samples[:first] == [None] * first and 95 < first < 105
+    assert samples[first].begins
+    assert not any(sample.begins for sample in samples[first + 1:])
+    assert stream.counts == {'received': LOCKED, 'taken': LOCKED}
+
+
+@pytest.mark.parametrize('after, event', [(1000, Event.RESET_GAP),
+                                          (-1000, Event.RESET_CLOCK_JUMP)])
+def test_another_clock_restarts_the_line_and_both_are_counted(after, event):
+    stream = Stream('right', 'arrival')
+    assert even(stream)[-1] is not None
+    samples = even(stream, since=LOCKED + after // 10)
+    first = next(i for i, sample in enumerate(samples) if sample is not None)
+    assert 95 < first < 105 and samples[first].begins
+    assert stream.counts == {'received': 2 * LOCKED, 'taken': 2 * LOCKED, event: 1,
+                             Event.RESET_RESYNC: 1}
+
+
+def test_a_reset_while_samples_are_withheld_costs_no_second_one():
+    stream = Stream('right', 'arrival')
+    even(stream, 50)
+    samples = even(stream, 150, since=80)  # 0.3 s later
+    begun = [i for i, sample in enumerate(samples) if sample is not None and sample.begins]
+    assert len(begun) == 1 and 95 < begun[0] < 105
+    assert stream.counts[Event.RESET_GAP] == 1
+    assert stream.counts[Event.RESET_RESYNC] == 0  # no line was in use
+
+
+def test_a_jump_of_the_arm_leaves_the_line():
+    stream = Stream('right', 'arrival')
+    even(stream)
+    sample = take(stream, 10 * MS * LOCKED, q=Q + 1.0)
+    assert sample.begins
+    assert stream.counts[Event.RESET_POSITION_JUMP] == 1
+    assert not take(stream, 10 * MS * (LOCKED + 1), q=Q + 1.0).begins
+
+
+@pytest.mark.parametrize('moved, jumps', [(0.045, False), (0.055, True)])
+def test_how_far_an_arm_can_have_moved_follows_from_the_period(moved, jumps):
+    # Arrivals 2 ms apart of messages that are 10 ms apart: 2 rad/s * 1.5 * 10 ms + 0.02 rad.
+    q = Q + [moved, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    stream = Stream('right', 'arrival')
+    even(stream)
+    late = 10 * MS * LOCKED + 8 * MS
+    assert not take(stream, late).begins
+    assert take(stream, late + 2 * MS, q=q).begins == jumps
+    believed = Stream('right', 'header')
+    even(believed)
+    take(believed, late)
+    assert take(believed, late + 2 * MS, q=q).begins
+
+
+def test_how_far_it_can_have_moved_while_the_period_is_being_found():
+    stream = Stream('right', 'arrival')
+    even(stream, 5)
+    assert take(stream, 42 * MS, q=Q + 0.1) is None  # 2 rad/s * 1.5 * 30 ms + 0.02 rad
+    assert not stream.counts[Event.RESET_POSITION_JUMP]
+    take(stream, 44 * MS, q=Q - 0.02)
+    assert stream.counts[Event.RESET_POSITION_JUMP] == 1
+
+
+def test_repeated_stamps_are_nothing_to_count_where_they_are_re_timed():
+    stream = Stream('right', 'arrival')
+    even(stream)
+    late = 10 * MS * (LOCKED + 5)
+    samples = [take(stream, late, q=Q + 1e-3 * i) for i in range(5)]
+    assert [sample.dt for sample in samples[1:]] == pytest.approx([0.01] * 4, abs=1e-3)
+    assert not stream.counts[Event.REPEATED_STAMP]
+    before = stream.latest
+    assert take(stream, late, q=Q + 4e-3) is None  # the same data, too
+    assert stream.counts[Event.DUPLICATE] == 1
+    assert stream.latest is before
+
+
+def test_data_that_are_repeated_at_once_do_not_prove_arrivals():
+    stream = Stream('right', 'auto')
+    for i in range(300):  # a publisher that sends each message again, 0.1 ms later by its clock
+        take(stream, 10 * MS * i, q=Q + 1e-4 * i)
+        take(stream, 10 * MS * i + MS // 10, q=Q + 1e-4 * i)
+    assert stream.counts == {'received': 600, 'taken': 600}
+    assert not stream.clock.retimed
+
+
+# ---- reset
+
+def test_a_reset_forgets_the_stream_and_keeps_the_counts(stream):
+    before = stream.latest
+    stream.reset()
+    assert stream.latest is before
+    assert take(stream, -100 * MS, q=Q + 1.0).begins
+    assert not take(stream, -90 * MS, q=Q + 1.0).begins
+    assert stream.counts == {'received': 3, 'taken': 3, Event.RESET_REQUESTED: 1}
+
+
+def test_a_reset_forgets_what_stamps_were_recognised_to_be():
+    stream = Stream('right', 'auto')
+    for i, after in enumerate(ARRIVALS[:300]):
+        take(stream, after, q=Q + 1e-4 * (i % 10))
+    assert stream.clock.retimed
+    stream.reset()
+    assert not stream.clock.retimed
+    assert take(stream, 0).begins
+
+
+def test_a_reset_may_change_what_stamps_are():
+    stream = Stream('right', 'arrival')
+    assert take(stream, 0) is None
+    stream.reset('header')
+    assert take(stream, 10 * MS).begins
+    stream.reset()
+    assert take(stream, 20 * MS).begins
+    stream.reset('arrival')
+    assert even(stream, since=3)[0] is None
+    assert stream.counts[Event.RESET_REQUESTED] == 3

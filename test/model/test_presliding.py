@@ -1,0 +1,109 @@
+"""Dahl's friction: its law, its hysteresis, and its place in the stream handler."""
+
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model.presliding import Presliding
+import numpy as np
+import pytest
+
+LENGTH = 0.02  # [rad]
+
+
+def states(path, length=LENGTH):
+    """Return z along a path of the seven joints alike."""
+    presliding = Presliding(length)
+    return np.array([presliding.update(np.full(7, q)) for q in path])
+
+
+def test_nothing_is_known_at_first():
+    assert (Presliding(LENGTH).z == 0.0).all()
+    assert (states([0.7])[0] == 0.0).all()
+
+
+def test_follows_dahls_equation():
+    q = 0.1 * np.sin(np.linspace(0.0, 9.0, 20001))
+    z = states(q)[:, 0]
+    step = np.diff(q)
+    middle = 0.5 * (z[1:] + z[:-1])
+    np.testing.assert_allclose(np.diff(z), step * (1 - middle * np.sign(step)) / LENGTH,
+                               atol=2e-6)
+
+
+def test_one_step_is_as_good_as_many():
+    np.testing.assert_allclose(states([0.0, 0.05, 0.03])[-1],
+                               states([*np.linspace(0.0, 0.05, 500),
+                                       *np.linspace(0.05, 0.03, 500)])[-1], atol=1e-12)
+
+
+def test_knows_angles_and_no_time():
+    path = 0.1 * np.sin(np.linspace(0.0, 6.0, 300))
+    np.testing.assert_array_equal(states(path)[-1], states(np.repeat(path, 3))[-1])
+
+
+@pytest.mark.parametrize('direction', [1.0, -1.0])
+def test_slides_after_a_few_lengths(direction):
+    z = states([0.0, direction * LENGTH, direction * 10 * LENGTH])
+    np.testing.assert_allclose(z[1], direction * (1 - np.exp(-1)), rtol=1e-12)
+    np.testing.assert_allclose(z[2], direction, atol=1e-4)
+
+
+def test_never_leaves_its_bounds(rng):
+    assert np.abs(states(rng.normal(0.0, 0.3, 2000).cumsum())).max() <= 1.0
+
+
+def test_reset_forgets():
+    presliding = Presliding(LENGTH)
+    presliding.update(np.zeros(7))
+    presliding.update(np.ones(7))
+    presliding.reset()
+    assert (presliding.update(np.full(7, 5.0)) == 0.0).all()
+
+
+def test_joints_do_not_mix(rng):
+    path = rng.normal(0.0, 0.02, (50, 7)).cumsum(0)
+    presliding = Presliding(LENGTH)
+    all_ = np.array([presliding.update(q) for q in path])
+    for i in range(7):
+        np.testing.assert_array_equal(all_[:, i], states(path[:, i])[:, i])
+
+
+def residuals(predictor, angles, start=10 ** 18):
+    """Play joints that all move through ``angles`` at 100 Hz, without effort of their own."""
+    names = joint_names('right')
+    velocity = np.gradient(angles) / 0.01
+    result = [predictor.handle(start + 10 ** 7 * k, names, np.full(7, q), np.full(7, qd),
+                               np.full(7, 1e-3))
+              for k, (q, qd) in enumerate(zip(angles, velocity))]
+    return np.array([p.effort for p in result if p is not None])
+
+
+def test_predictor_adds_it_and_resets_it_with_the_filter():
+    dahl = np.arange(1.0, 8.0)
+    angles = 0.3 + 0.1 * np.sin(2.0 * np.arange(0.0, 6.0, 0.01))
+    without, with_ = PredictorSettings(), PredictorSettings({'effort_model.dahl': dahl})
+    predictor = with_.predictor()
+    friction = residuals(predictor, angles) - residuals(without.predictor(), angles)
+    np.testing.assert_allclose(np.abs(friction).max(0), dahl, rtol=1e-3)
+    np.testing.assert_allclose(friction / dahl, friction[:, :1] * np.ones(7), atol=1e-9)
+    assert np.abs(predictor.presliding).min() > 0.5
+    predictor.reset()
+    assert (predictor.presliding == 0.0).all()
+    again = residuals(predictor, angles, 2 * 10 ** 18) - residuals(without.predictor(), angles)
+    np.testing.assert_array_equal(again[0], 0.0)
+
+
+def test_estimate_and_predict_take_batches_as_handle_takes_one():
+    settings = PredictorSettings({'effort_model.dahl': [0.5] * 7, 'effort_model.coulomb': [1.] * 7,
+                                  'effort_model.stiffness': [0.2] * 7})
+    names, t = joint_names('right'), 0.01 * np.arange(300)
+    q = 0.3 + 0.2 * np.sin(np.multiply.outer(t, np.arange(1.0, 8.0)))
+    qd, effort = np.gradient(q, axis=0) / 0.01, 0.1 + np.cos(q)
+    rows = [(10 ** 18 + 10 ** 7 * k, names, *row) for k, row in enumerate(zip(q, qd, effort))]
+    one_by_one, stacked = settings.predictor(), settings.predictor()
+    predictions = [p for p in (one_by_one.handle(*row) for row in rows) if p is not None]
+    estimates = [e for e in (stacked.estimate(*row) for row in rows) if e is not None]
+    batch = stacked.predict(type(estimates[0])(*map(np.array, zip(*estimates))))
+    for field, values in zip(batch._fields, batch):
+        np.testing.assert_allclose(values, [getattr(p, field) for p in predictions], rtol=0,
+                                   atol=1e-12, err_msg=field)
+    assert one_by_one.counts == stacked.counts

@@ -1,0 +1,44 @@
+"""A tilted base: which way roll and pitch turn gravity, and that both routes to it are one."""
+
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.tilt import gravity_in_base
+import numpy as np
+import pytest
+
+DOWN = (0.0, 0.0, -9.81)
+
+
+def test_a_level_base_leaves_gravity_as_it_is(rng):
+    gravity = rng.normal(size=3)
+    np.testing.assert_array_equal(gravity_in_base(gravity, 0.0, 0.0), gravity)
+
+
+def test_roll_lifts_the_left_and_pitch_lowers_the_front():
+    x, y, z = gravity_in_base(DOWN, 0.1, 0.0)
+    assert x == 0.0 and y < 0.0 and z == pytest.approx(-9.81 * np.cos(0.1))
+    x, y, z = gravity_in_base(DOWN, 0.0, 0.1)
+    assert x > 0.0 and y == 0.0
+
+
+@pytest.mark.parametrize('roll, pitch', [(0.3, -0.2), (-1.2, 0.7), (np.pi, 0.0), (0.0, 3.0)])
+def test_it_turns_and_does_nothing_else(rng, roll, pitch):
+    """Against quaternions: qz(0) qy(pitch) qx(roll) takes base axes to level ones."""
+    gravity = rng.normal(size=3)
+
+    def product(a, b):
+        return np.array([a[0] * b[0] - a[1:] @ b[1:],
+                         *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+    turn = product(np.array([np.cos(pitch / 2), 0.0, np.sin(pitch / 2), 0.0]),
+                   np.array([np.cos(roll / 2), np.sin(roll / 2), 0.0, 0.0]))
+    back = turn * [1, -1, -1, -1]
+    np.testing.assert_allclose(
+        product(product(back, np.array([0.0, *gravity])), turn)[1:],
+        gravity_in_base(gravity, roll, pitch), atol=1e-14)
+
+
+def test_tilt_as_setting_is_gravity_as_setting():
+    tilted = PredictorSettings({'base.roll': 0.2, 'base.pitch': -0.1})
+    turned = PredictorSettings({'gravity': gravity_in_base(DOWN, 0.2, -0.1).tolist()})
+    q = np.linspace(-1.0, 1.0, 7)
+    np.testing.assert_array_equal(tilted.arm.gravity(q), turned.arm.gravity(q))
+    assert np.abs(tilted.arm.gravity(q) - PredictorSettings().arm.gravity(q)).max() > 1.0

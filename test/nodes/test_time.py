@@ -1,0 +1,141 @@
+"""The node's time: what instant its messages are for, whatever the stamps of joint states are."""
+
+import time
+
+from arrivals import bursts
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+import numpy as np
+from perfect_robot import measured
+import pytest
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+START = 10 ** 18  # [ns]
+DELAY = 0.014 + np.sqrt(2) / (2 * np.pi * 5)  # of predictions [s]
+
+
+@pytest.fixture
+def external(robot):
+    """Return the list in which messages of external effort gather."""
+    kept = []
+    robot.create_subscription(JointState, '/torque_predictor/external_effort', kept.append, 1000)
+    return kept
+
+
+def rows_of(sine, t):
+    """Return rows (q, qd, effort) of a robot whose velocity lags and whose effort is exact."""
+    return list(zip(*measured(PredictorSettings(), t, sine)))
+
+
+def nanoseconds(t) -> list:
+    """Return times t [s after START] as stamps."""
+    return [START + round(x * 1e9) for x in t]
+
+
+def send(robot, stamps, rows, pace, before=lambda stamp: None):
+    """Publish rows with these stamps [ns], ``pace`` [s] apart."""
+    begin = time.monotonic()
+    for k, (stamp, row) in enumerate(zip(stamps, rows)):
+        robot.until(lambda: time.monotonic() >= begin + k * pace, 5.0)
+        before(stamp)
+        robot.send_arm(stamp, *row)
+
+
+def last_report(robot):
+    """Return the newest diagnostics that came: status name to (level, message, values)."""
+    newest = [m for m in robot.diagnostics if m.status[0].name.startswith('torque_predictor')][-1]
+    return {status.name.split(': ')[1]: (status.level, status.message,
+                                         {pair.key: pair.value for pair in status.values})
+            for status in newest.status}
+
+
+def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external, sine, stamps):
+    t = np.arange(0.0, 6.0, 0.01)
+    arrivals = bursts(t)
+    sent, rows = nanoseconds(arrivals), rows_of(sine, t)
+    offline = PredictorSettings().predictor()
+    expected = [prediction.stamp_ns for prediction in (
+        offline.handle(stamp, joint_names('right'), *row) for stamp, row in zip(sent, rows))
+        if prediction is not None]
+    robot.spin(0.3)
+    # Faster than the stamps say: the node knows no clock but theirs.
+    send(robot, sent, rows, pace=0.004)
+    level, message, values = last_report(robot)['stamps']
+    assert (level, message) == (b'\x00', 'stamps are times of arrival, and are re-timed')
+    assert values['re-timed'] == 'True'
+    assert float(values['period [s]']) == pytest.approx(0.01, rel=0.05)
+    assert 0.01 < float(values['jitter of arrival [s]']) < 0.04
+    assert float(values['delay of predictions [s]']) == pytest.approx(DELAY, abs=1e-4)
+    assert float(values['delay of external effort [s]']) == pytest.approx(0.014, abs=1e-4)
+    assert last_report(robot)['filter'][2]['reset_retimed'] == '1'
+    assert 'stamps are times of arrival and are re-timed from here on' in predictor.output
+
+    robot.until(lambda: len(robot.residual) == len(robot.predicted) == len(expected))
+    assert stamps(robot.predicted) == stamps(robot.residual) == expected
+    late = robot.predicted[-400:]
+    when = (np.array(stamps(late)) - START) * 1e-9
+    assert (np.diff(when) > 0.005).all()
+    q, qd, _ = sine(when)
+    lag = ((q - [m.position for m in late]) * qd).sum(1) / (qd * qd).sum(1)
+    print(f'stamps lag by {lag.mean() * 1e3:.1f} ms, messages by '
+          f'{np.mean(arrivals - t) * 1e3:.1f} ms')
+    assert 0.0 < lag.mean() < np.mean(arrivals - t) + 0.003
+    assert np.abs(lag - lag.mean()).max() < 0.02
+    assert np.abs([m.effort for m in robot.residual][-400:]).max() < 0.3
+
+
+def test_zero_stamps_become_the_time_of_arrival(robot, predictor, external, sine, stamps):
+    t = np.arange(0.0, 3.5, 0.01)
+    begin = time.time_ns()
+    send(robot, [0] * len(t), rows_of(sine, t), pace=0.01)
+    end = time.time_ns()
+    robot.until(lambda: robot.predicted)
+    for message in (*robot.predicted, *robot.residual, *external):
+        assert tuple(message.name) == joint_names('right')
+        assert begin - 10 ** 8 < stamps([message])[0] < end + 10 ** 8
+    assert stamps(robot.predicted)[-1] > end - 2 * 10 ** 9
+    level, message, values = last_report(robot)['input']
+    assert level == b'\x01'  # WARN
+    assert 'the stamps are not filled in' in message
+    assert int(values['unstamped']) == int(values['received']) > 200
+
+
+def test_simulated_time_pauses(robot, start_predictor, external, sine, stamps):
+    start_predictor('-p', 'use_sim_time:=true')
+    clock = robot.create_publisher(Clock, '/clock', 10)
+    robot.until(lambda: clock.get_subscription_count() > 0)
+    robot.spin(0.3)
+    t = np.arange(0.0, 4.0, 0.01)
+    rows = rows_of(sine, t)
+    sent = nanoseconds(t)
+
+    def tick(stamp):
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(stamp, 10 ** 9)
+        clock.publish(message)
+
+    send(robot, sent[:200], rows[:200], 0.005, tick)
+    robot.until(lambda: len(robot.predicted) == 200 - 21)
+    robot.diagnostics.clear()
+    for _ in range(25):  # the simulator's clock stands still, the node goes on
+        tick(sent[199])
+        robot.spin(0.1)
+    assert len(robot.diagnostics) >= 2
+    assert {*stamps(robot.diagnostics)} == {sent[199]}
+    assert last_report(robot)['input'][0] == b'\x03'  # STALE
+    assert len(robot.predicted) == 200 - 21
+
+    send(robot, sent[200:], rows[200:], 0.008, tick)
+    robot.until(lambda: len(robot.predicted) == 400 - 21)
+    robot.until(lambda: len(robot.residual) == 400 - 21 and len(external) == 400 - 2)
+    assert stamps(robot.predicted) == stamps(robot.residual)
+    assert np.abs(np.subtract(sent[21:], stamps(robot.predicted)) - DELAY * 1e9).max() <= 1
+    assert set(np.subtract(sent[2:], stamps(external))) == {14_000_000}
+    assert np.abs([m.effort for m in robot.residual][40:]).max() < 0.15
+    report = last_report(robot)
+    level, message, values = report['stamps']
+    assert (level, message) == (b'\x00', 'stamps are believed')
+    assert float(values['delay of predictions [s]']) == pytest.approx(DELAY, abs=1e-4)
+    assert float(values['delay of external effort [s]']) == pytest.approx(0.014, abs=1e-4)
+    assert {count for key, count in report['filter'][2].items() if 'reset' in key} == {'0'}

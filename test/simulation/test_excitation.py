@@ -1,0 +1,196 @@
+"""The exciting trajectory: what it keeps to, and what it shows."""
+
+import csv
+
+from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
+from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
+                                              VELOCITY_LIMIT)
+import numpy as np
+import pytest
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+
+from baxter_dynamics_ros.simulation import excitation_search  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402
+    # noqa: E402 series, DURATION, Excitation, motion)
+from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
+from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import MIRROR, Reference  # noqa: E402
+
+STEP = 0.01  # [s]
+TIME = np.arange(0.0, DURATION + STEP / 2, STEP)
+
+
+@pytest.fixture(scope='module')
+def right():
+    """Return q, qd, qdd (n, 7) of the right arm every 10 ms."""
+    return motion(series('right'), TIME)
+
+
+def judge(q, qd, qdd):
+    """Return the condition number and the columns' own parts of a motion every 10 ms."""
+    z = excitation_search.presliding(q)
+    return excitation_search.judge(excitation_search.design(
+        *(x[::10] for x in (q, qd, qdd, z))))
+
+
+def test_keeps_to_the_joints_limits_with_a_margin(right):
+    q, qd, qdd = right
+    assert (q - POSITION_LOWER).min() > 0.1
+    assert (POSITION_UPPER - q).min() > 0.1
+    assert (np.abs(qd) / VELOCITY_LIMIT).max() < 0.6
+    assert np.abs(qdd).max() < 6.0
+
+
+@pytest.mark.parametrize('side', SIDES)
+def test_keeps_clear_of_the_robot_and_of_a_table(side):
+    outward = 1.0 if side == 'left' else -1.0
+    arm = BaxterArm(mount=mount(side))
+    frames = arm.mount @ arm.composite.transforms(motion(series(side), TIME)[0])
+    elbow, wrist, hand = (frames[:, i, :3, 3] for i in (3, 5, 7))
+    tool = hand + 0.15 * frames[:, 7, :3, 2]
+    for point in (elbow, (elbow + wrist) / 2, wrist, (wrist + hand) / 2, hand, tool):
+        assert (outward * point[:, 1]).min() > 0.05  # the other arm has its own side
+        assert point[:, 2].min() > -0.35  # the table
+        assert np.hypot(point[:, 0] - 0.05, point[:, 1]).min() > 0.3  # the head's column
+    for point in (wrist, hand, tool):
+        assert ((point[:, 0] > 0.27) | (outward * point[:, 1] > 0.40)).all()  # the torso
+
+
+def test_clearance_is_negative_where_the_arm_is_not_clear():
+    folded = np.array([[1.5, -0.5, 0.0, 2.4, 0.0, 1.5, 0.0],  # the hand before the chest
+                       [0.0, 0.9, 0.0, 0.0, 0.0, 0.0, 0.0],  # below the table
+                       [0.0, -2.0, 0.0, 0.3, 0.0, 0.0, 0.0]])  # back over the shoulder
+    assert (excitation_search.clearance(folded) < 0.0).all()
+
+
+def test_starts_and_ends_at_rest_and_is_twice_smooth(right):
+    for x in right[1:]:
+        assert np.abs(x[[0, -1]]).max() < 1e-12
+    for x, slope in zip(right, right[1:]):  # derivatives as stated, so no jump below qdd's
+        np.testing.assert_allclose(np.gradient(x, STEP, axis=0)[1:-1], slope[1:-1], atol=5e-3)
+    assert np.abs(np.diff(right[2], axis=0)).max() < 0.2
+    before, after = motion(series('right'), np.array([-1.0, DURATION + 1.0]))[0]
+    np.testing.assert_array_equal(before, after)
+
+
+def test_each_joint_turns_round_often_and_moves_fast_and_slowly(right):
+    _, qd, _ = right
+    assert ((np.diff(np.sign(qd[1:-1]), axis=0) != 0).sum(axis=0) >= 20).all()
+    speed = np.abs(qd)
+    assert (speed.max(axis=0) > 0.4 * VELOCITY_LIMIT).all()
+    slow = (speed < 0.05).mean(axis=0)
+    assert ((slow > 0.03) & (slow < 0.3)).all()
+
+
+def test_s1_sweeps_nearly_all_of_the_springs_range(right):
+    s1 = right[0][:, 1]
+    lower, upper = EffortModel().spring_range
+    assert lower < s1.min() and s1.max() < upper
+    assert np.ptp(s1) > 0.94 * (upper - lower)
+
+
+def test_every_parameter_shows(right):
+    condition, own = judge(*right)
+    assert condition < 45.0
+    assert min(own.values()) > 0.06
+    assert min(value for name, value in own.items()
+               if not name.startswith('spring') and name != 'bias_s1') > 0.25
+
+
+def test_the_circle_shows_much_less():
+    reference, rows = Reference('right', 'circle'), []
+    for _ in range(3200):
+        reference.advance(STEP)
+        rows.append((reference.q, reference.qd))
+    q, qd = np.array(rows)[200:].transpose(1, 0, 2)
+    condition, own = judge(q, qd, np.gradient(qd, STEP, axis=0))
+    assert condition > 5000.0
+    assert min(own.values()) < 1e-3
+
+
+def test_design_is_the_effort_models_and_the_payloads(right):
+    q, qd, qdd = (x[::500] for x in right)
+    z = np.tanh(3 * q)
+    one = {name: np.linspace(0.1, 0.7, 7) for name in (
+        'bias', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness')}
+    one['stiffness'] = one['stiffness'] * (np.arange(7) != 1)
+    model = EffortModel(spring_coefficients=(0.0, 3.0, 4.0, 5.0, 6.0), **one)
+    load = Payload(1.3, (0.02, -0.03, 0.05))
+    columns = excitation_search.design(q, qd, qdd, z)
+    effort = sum(values[i] * columns[f'{name}_{joint}'] for name, values in one.items()
+                 for i, joint in enumerate(('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2'))
+                 if f'{name}_{joint}' in columns)
+    effort += sum(c * columns[f'spring_{name}_s1']
+                  for name, c in {'sin1': 3.0, 'cos1': 4.0, 'sin2': 5.0, 'cos2': 6.0}.items())
+    expected = model.effort(np.zeros_like(q), q, qd, qdd, z)
+    np.testing.assert_allclose(effort, expected, atol=1e-9)
+    arm = BaxterArm(mount=mount('right'))
+    tilted = BaxterArm(mount=mount('right'), gravity=arm.gravity_vector + [0.2, -0.3, 0.0])
+    np.testing.assert_allclose(0.2 * columns['gravity_x'] - 0.3 * columns['gravity_y'],
+                               tilted.gravity(q) - arm.gravity(q), atol=1e-9)
+    moment = load.mass * np.array(load.center_of_mass)
+    added = load.mass * columns['payload_mass'] + sum(
+        m * columns[f'payload_moment_{axis}'] for m, axis in zip(moment, 'xyz'))
+    # Second moments are no parameters: what a point mass has of them is left over.
+    loaded = BaxterArm(mount=mount('right'), payload=load)
+    short = loaded.inverse_dynamics(q, qd, qdd) - arm.inverse_dynamics(q, qd, qdd) - added
+    assert np.abs(short).max() < 0.03 < np.abs(added).max()
+
+
+def test_a_short_search_keeps_to_the_limits_of_the_joints_and_finds_better():
+    first, better = (excitation_search.search(seed=2, evaluations=n) for n in (0, 40))
+    assert excitation_search._cost(better) < excitation_search._cost(first)
+    q, qd, qdd = motion(better, TIME)
+    assert (q > POSITION_LOWER + 0.1).all() and (q < POSITION_UPPER - 0.1).all()
+    assert (np.abs(qd) / VELOCITY_LIMIT).max() < 0.6
+
+
+@pytest.mark.parametrize('side', SIDES)
+def test_reference_runs_along_it_mirrored_for_the_left_arm(side, right):
+    reference = Excitation(side)
+    mirror = MIRROR if side == 'left' else 1.0
+    np.testing.assert_array_equal(reference.qd, np.zeros(7))
+    for k in range(1, 800):
+        before = reference.q
+        reference.advance(STEP)
+        np.testing.assert_allclose(reference.q, mirror * right[0][k], atol=1e-12)
+        np.testing.assert_allclose(reference.q - STEP * reference.qd, before, atol=1e-12)
+
+
+def test_the_fake_baxter_follows_and_starts_calmly():
+    robot = FakeBaxter(trajectory='exciting', noise=False)
+    start = robot.plant.q
+    rows = []
+    for k in range(1, 601):
+        robot.advance(k * STEP)
+        rows.append((robot.plant.q, robot.reference.q))
+    q, wanted = np.array(rows).transpose(1, 0, 2)
+    assert np.abs(q[:20] - start).max() < 2e-3
+    assert np.abs(q - wanted).max() < 0.15
+    assert excitation_search.clearance(q).min() > 0.0
+
+
+@pytest.mark.parametrize('side', SIDES)
+def test_plan_is_a_file_as_the_sdk_records_and_plays(side, tmp_path):
+    path = tmp_path / 'plan.csv'
+    write_plan(path, side, 50.0)
+    with open(path) as file:
+        header, *lines = csv.reader(file)
+    names = {arm: [*joint_names(arm), f'{arm}_gripper'] for arm in SIDES}
+    assert header == ['time', *names['left'], *names['right']]
+    rows = np.array(lines, dtype=float)
+    np.testing.assert_allclose(rows[:, 0], np.arange(3001) / 50.0, atol=1e-6)
+    column = {name: rows[:, i] for i, name in enumerate(header)}
+    q = np.array([column[name] for name in joint_names(side)]).T
+    np.testing.assert_allclose(q, motion(series(side), rows[:, 0])[0], atol=1e-6)
+    other = 'left' if side == 'right' else 'right'
+    assert all(np.ptp(column[name]) == 0.0 for name in names[other])
+    assert [file.name for file in tmp_path.iterdir()] == ['plan.csv']
+
+
+def test_a_plan_that_cannot_be_written_is_a_clear_error(tmp_path):
+    with pytest.raises(BaxterDynamicsError, match='plan.csv: cannot be written'):
+        write_plan(tmp_path / 'nowhere' / 'plan.csv', 'right')

@@ -1,0 +1,115 @@
+"""The paper's trajectories: what moves and what stays, from rest, within the joints' limits."""
+
+from baxter_dynamics_ros import BaxterArm, mount
+from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT
+import numpy as np
+import pytest
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+
+from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.trajectories import (  # noqa: E402
+    # noqa: E402 TRAJECTORIES, MIRROR, PERIODS, RAMP, Reference)
+
+PERIOD = 0.01  # [s]
+MOVING = sorted(PERIODS)
+
+
+def follow(side, trajectory, seconds, period=PERIOD):
+    """Return joint references q, qd (n, 7) every period [s], the first at the start."""
+    reference = Reference(side, trajectory)
+    rows = [(reference.q, reference.qd)]
+    for _ in range(round(seconds / period)):
+        reference.advance(period)
+        rows.append((reference.q, reference.qd))
+    return np.array(rows).transpose(1, 0, 2)
+
+
+def hand(side, q):
+    """Return the hand's poses (n, 4, 4) as the model sees them."""
+    return BaxterArm(mount=mount(side)).forward_kinematics(q)
+
+
+@pytest.mark.parametrize('trajectory, moves', [('switch', 1), ('lift', 2)])
+def test_the_hand_moves_along_one_axis_alone(trajectory, moves):
+    position = np.array([TRAJECTORIES[trajectory](t) for t in np.arange(0.0, 30.0, PERIOD)])
+    assert [axis for axis in range(3) if np.ptp(position[:, axis]) > 0.0] == [moves]
+    still = [axis for axis in range(3) if axis != moves]
+    poses = hand('right', follow('right', trajectory, 8.0)[0])
+    np.testing.assert_allclose(poses[:, still, 3], position[:1, still].repeat(len(poses), 0),
+                               atol=1e-3)
+    assert poses[:, 2, 2].max() < -0.9999  # hand down
+
+
+def test_switch_is_between_two_places_and_rests_in_each():
+    y = np.array([TRAJECTORIES['switch'](t)[1] for t in np.arange(0.0, 40.0, 0.001)])
+    assert (y.min(), y.max()) == pytest.approx((-0.3, -0.1))
+    assert y[[0, 1300, 2000, 3300, 4000]] == pytest.approx([-0.1, -0.1, -0.3, -0.3, -0.1])
+    assert np.mean(y > -0.1001) == pytest.approx(0.36, abs=0.02)
+    assert np.mean(y < -0.2999) == pytest.approx(0.36, abs=0.02)
+    acceleration = np.diff(y, 2) * 1e6
+    assert np.abs(acceleration).max() == pytest.approx(3.2, abs=0.1)
+    assert np.abs(np.diff(acceleration)).max() < 0.1  # no jump
+
+
+def test_lift_is_slow():
+    z = np.array([TRAJECTORIES['lift'](t)[2] for t in np.arange(0.0, 40.0, 0.001)])
+    assert z.min() == pytest.approx(-0.05, abs=1e-6)
+    assert z.max() == pytest.approx(0.25, abs=1e-6)
+    assert np.abs(np.diff(z, 2) * 1e6).max() < 0.04
+
+
+@pytest.mark.parametrize('trajectory', MOVING)
+def test_each_repeats_after_its_period(trajectory):
+    position, period = TRAJECTORIES[trajectory], PERIODS[trajectory]
+    for t in np.linspace(0.0, period, 50):
+        np.testing.assert_allclose(position(t + 3 * period), position(t), atol=1e-9)
+    shorter = [np.abs(position(1.8 + period / n) - position(1.8)).max() for n in (2, 3, 5)]
+    assert min(shorter) > 1e-3
+
+
+@pytest.mark.parametrize('trajectory', MOVING)
+def test_joints_keep_to_their_limits_with_a_margin(trajectory):
+    q, qd = follow('right', trajectory, 34.0, 0.04)
+    assert (q - POSITION_LOWER).min() > 0.3
+    assert (POSITION_UPPER - q).min() > 0.3
+    assert (np.abs(qd) / VELOCITY_LIMIT).max() < 0.65
+
+
+@pytest.mark.parametrize('trajectory', MOVING)
+def test_starts_at_rest_and_without_a_jump(trajectory):
+    q, qd = follow('right', trajectory, RAMP + 1.0)
+    np.testing.assert_allclose(hand('right', q[0])[:3, 3], TRAJECTORIES[trajectory](0.0),
+                               atol=1e-6)
+    assert np.abs(qd[:2]).max() < 1e-3
+    assert np.abs(np.diff(qd, axis=0)).max() / PERIOD < (8.0 if trajectory == 'switch' else 0.6)
+
+
+@pytest.mark.parametrize('trajectory', MOVING)
+def test_the_left_arms_is_the_mirror_image(trajectory):
+    right, left = (follow(side, trajectory, 5.0)[0] for side in ('right', 'left'))
+    np.testing.assert_allclose(left, MIRROR * right, atol=1e-6)
+    np.testing.assert_allclose(hand('left', left)[:, :3, 3],
+                               hand('right', right)[:, :3, 3] * [1, -1, 1], atol=1e-6)
+
+
+@pytest.mark.parametrize('trajectory, error', [('circle', 0.012), ('switch', 0.07),
+                                               ('lift', 0.007)])
+def test_the_double_loop_brings_the_hand_along(trajectory, error):
+    robot = FakeBaxter('right', trajectory, noise=False)
+    rows = []
+    for k in range(1, 701):
+        robot.advance(k * PERIOD)
+        rows.append((robot.plant.q, robot.plant.qd, robot.reference.q))
+    q, qd, reference = np.array(rows).transpose(1, 0, 2)
+    actual, wanted = hand('right', q), hand('right', reference)
+    assert np.linalg.norm(actual[:, :3, 3] - wanted[:, :3, 3], axis=-1).max() < error
+    assert actual[:, 2, 2].max() < -0.999  # hand down
+    acceleration = np.abs(np.diff(qd[300:], axis=0)).max() / PERIOD
+    if trajectory == 'switch':
+        assert acceleration > 4.0
+        resting = np.array([390, 590])  # 0.1 s before the next moves
+        assert np.abs(q[resting] - reference[resting]).max() < 5e-3
+        assert np.abs(q[resting] - q[resting - 10]).max() < 5e-3  # calm
+    else:
+        assert acceleration < 0.7  # friction that turns round, mostly
