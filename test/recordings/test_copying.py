@@ -10,8 +10,8 @@ pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install r
 from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.writer import BagWriter  # noqa: E402
 from rosbags.highlevel import AnyReader  # noqa: E402
-from rosbags.interfaces import (Qos, QosDurability, QosHistory, QosLiveliness, QosReliability,  # noqa: E402
-                                QosTime)
+from rosbags.interfaces import (  # noqa: E402
+    Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime)
 from rosbags.rosbag1 import Writer as Ros1Writer  # noqa: E402
 from rosbags.rosbag2 import StoragePlugin, Writer as Ros2Writer  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402

@@ -11,8 +11,8 @@ import pytest
 
 yaml = pytest.importorskip('yaml', reason='parameter files need PyYAML: pip install pyyaml')
 
-from baxter_dynamics_ros.recordings.parameter_file import (# noqa: E402, I100 write_parameters,
-                                                           ParameterFileError, read_parameters)
+from baxter_dynamics_ros.recordings.parameter_file import (  # noqa: E402, I100
+    ParameterFileError, read_parameters, write_parameters)
 
 HEAD = '/**:\n  ros__parameters:\n'
 

@@ -14,7 +14,7 @@ pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation import excitation_search  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402
-    # noqa: E402 series, DURATION, Excitation, motion)
+    DURATION, Excitation, motion, series)
 from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import MIRROR, Reference  # noqa: E402
