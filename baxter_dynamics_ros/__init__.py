@@ -1,4 +1,4 @@
-"""Lagrange-Euler dynamics of the Baxter robot's arms, and a live torque predictor for ROS 2."""
+"""Lagrange-Euler dynamics of the Baxter robot's arms, with a live torque predictor for ROS 2."""
 
 from .model.arm import BaxterArm
 from .model.effort import EffortModel

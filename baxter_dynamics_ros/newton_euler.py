@@ -2,8 +2,7 @@
 The recursive Newton-Euler method on the same parameters, computed by Pinocchio.
 
 The paper compares its closed form with this method. It shares no dynamics code with
-:mod:`baxter_dynamics_ros.model`: only Tables II to IV, the corrected theta_2 and the payload's
-numbers come from there. This is the one module that imports Pinocchio.
+:mod:`baxter_dynamics_ros.model`, only the parameters. No other module imports Pinocchio.
 """
 
 import numpy as np
@@ -23,9 +22,9 @@ def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,
     Parameters
     ----------
     parameters : ArmParameters
-        The links; their masses, centres of mass and inertias about those are used.
+        Link parameters.
     payload : Payload
-        What the hand carries.
+        Payload of the hand.
     gravity : ndarray (3,)
         Gravity vector in the base frame [m/s^2].
     mount : ndarray (4, 4)
@@ -40,11 +39,11 @@ def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,
     model = pin.Model()
     model.gravity.linear = np.array(gravity)
     joint = 0
-    placement = pin.SE3(np.array(mount))  # of the joint's frame before it turns
+    placement = pin.SE3(np.array(mount))  # of the joint frame at q = 0
     for i, name in enumerate(JOINTS):
         placement = placement * _rotation_z(parameters.theta_offset[i])
         joint = model.addJoint(joint, pin.JointModelRZ(), placement, name)
-        # From the turning frame to the paper's link frame: the rest of eq. (2).
+        # From the rotating frame to the paper's link frame: the rest of eq. (2).
         placement = _link_frame(parameters.d[i], parameters.a[i], parameters.alpha[i])
         body = pin.Inertia(parameters.mass[i], parameters.center_of_mass[i],
                            parameters.inertia[i])
@@ -62,14 +61,14 @@ class NewtonEuler:
     Parameters
     ----------
     arm : BaxterArm
-        Whose parameters, payload, gravity and mount to use.
+        Source of parameters, payload, gravity and mount.
 
     """
 
     def __init__(self, arm: BaxterArm) -> None:
         self.model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
         self.data = self.model.createData()
-        # Only a Pinocchio built with OpenMP has batches.
+        # Batches need a Pinocchio built with OpenMP.
         self._pool = pin.ModelPool(self.model, 1) if hasattr(pin, 'rneaInParallel') else None
 
     def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:

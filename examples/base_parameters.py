@@ -16,7 +16,7 @@ from baxter_dynamics_ros.model.base_parameters import NAMES
 from baxter_dynamics_ros.model.lagrange_euler import link_transform
 from baxter_dynamics_ros.model.parameters import from_pseudo_inertia
 from baxter_dynamics_ros.simulation.exciting_trajectory import motion, series
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory
 import numpy as np
 
 ARM = BaxterArm()
@@ -38,7 +38,7 @@ def hand_on(mass, height):
 
 def follow(trajectory):
     """Return q, qd, qdd, each (n, 7), along one of the paper's trajectories."""
-    reference, step = Reference('right', trajectory), TIMES[1] - TIMES[0]
+    reference, step = HandTrajectory('right', trajectory), TIMES[1] - TIMES[0]
     q = [reference.q]
     while len(q) < len(TIMES):
         reference.advance(step)

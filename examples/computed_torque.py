@@ -11,14 +11,14 @@ Run: python examples/computed_torque.py
 from baxter_dynamics_ros import BaxterArm, JOINTS, mount
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.simulation.plant import default_truth, Plant, TIMESTEP
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory
 import numpy as np
 
 DURATION = 6.0  # [s]
 KP, KD = 400.0, 40.0  # [1/s^2, 1/s]: the error dies away as exp(-20 t), critically damped
 
 ARM = BaxterArm(mount=mount('right'))
-NOMINAL = np.diag(ARM.mass_matrix(Reference('right', 'switch').q))  # at the start [kg m^2]
+NOMINAL = np.diag(ARM.mass_matrix(HandTrajectory('right', 'switch').q))  # at the start [kg m^2]
 RIGID, FRICTION = EffortModel.rigid(), default_truth(spring=False)
 
 
@@ -35,7 +35,7 @@ def pd_with_gravity(q, qd, q_r, qd_r, qdd_r):
 
 def switch():
     """Return the joints' reference q, qd, qdd, each (n, 7), one row a time step of the plant."""
-    reference = Reference('right', 'switch')
+    reference = HandTrajectory('right', 'switch')
     q = [reference.q]
     for _ in range(round(DURATION / TIMESTEP)):
         reference.advance(TIMESTEP)

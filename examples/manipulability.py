@@ -10,7 +10,7 @@ Run: python examples/manipulability.py
 """
 
 from baxter_dynamics_ros import BaxterArm, mount
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory
 import numpy as np
 
 TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # of the motors [N m]
@@ -48,7 +48,7 @@ def pose_report(q):
 
 def main():
     """Print the ellipsoid where the trajectory 3(c) begins, and both measures along it."""
-    reference = Reference('right', 'lift')
+    reference = HandTrajectory('right', 'lift')
     pose_report(reference.q)
     print(' t [s]  z [m]   w [m^3]  w_d [(m/s^2)^3]')
     for k in range(round(DURATION / STEP) + 1):

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 from baxter_dynamics_ros import BaxterArm, JOINTS, mount
-from baxter_dynamics_ros.simulation.trajectories import Reference
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory
 import numpy as np
 import pytest
 
@@ -189,7 +189,7 @@ def test_axes_of_the_ellipsoid_are_orthogonal_and_reached(axes):
 
 def test_no_torque_of_the_ellipsoid_does_more_and_some_do_as_much(axes):
     arm = BaxterArm(mount=mount('right'))
-    q = Reference('right', 'lift').q
+    q = HandTrajectory('right', 'lift').q
     holding = arm.gravity(q)
     left = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0]) - np.abs(holding)  # N m
     u = np.random.default_rng(1).standard_normal((10_000, 7))

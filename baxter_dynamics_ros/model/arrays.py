@@ -1,4 +1,4 @@
-"""The types of arrays, for annotations; their shapes are said in docstrings."""
+"""Array types for annotations; docstrings state the shapes."""
 
 from typing import Any
 
@@ -9,4 +9,4 @@ __all__ = ['Array', 'ArrayLike', 'Bools', 'Indices']
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-Indices = NDArray[np.integer[Any]]  # whole numbers: places in arrays, stamps
+Indices = NDArray[np.integer[Any]]  # integers: indices, stamps

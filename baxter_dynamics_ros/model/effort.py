@@ -1,12 +1,10 @@
 r"""
-From torque to effort: what the robot's ``effort`` field measures beyond tau.
+Effort model: from the joint torque tau to the effort that the robot measures.
 
     effort = tau + spring(q_s1) + friction + bias + stiffness q + added_inertia qdd
 
-Baxter's upper arm hangs in two strong springs that act on s1, beside the motor. They carry the
-part of tau_s1 that the measured effort lacks; written as above the term is positive, for the
-motor works against them near the usual poses. A simulator has no springs:
-:meth:`EffortModel.rigid` is tau alone.
+Two strong springs act on s1 in parallel to the motor and help to carry the arm, so the measured
+effort lacks their part of tau_s1. A simulator has no springs: see :meth:`EffortModel.rigid`.
 """
 
 from dataclasses import dataclass, field
@@ -20,17 +18,17 @@ from .exceptions import ArgumentError
 from .joints import N_JOINTS, S1
 from .validation import finite, number
 
-# Spring at s1, N m: coefficients of 1, sin q, cos q, sin 2q, cos 2q. Fitted to recordings of two
-# robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of about
-# 1 to 1.5 N m is not in it. They are alike in what they sum to, not one by one.
+# Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
+# robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
+# 1.5 N m is not included. Only the sum is well determined, not each coefficient.
 SPRING_COEFFICIENTS = (-5.7466, -8.6679, 38.3573, 9.3798, 2.2237)
-# The s1 angles that those recordings cover [rad]. Beyond, the value at the border is held.
+# Angles of s1 in those recordings [rad]. Outside, the spring torque at the limit is used.
 SPRING_RANGE = (-1.9, 1.0)
 
-# Width of the Coulomb term's change of sign [rad/s].
+# Velocity scale of the smoothed sign in Coulomb friction [rad/s].
 COULOMB_VELOCITY = 0.05
 
-# The angle over which Dahl's friction turns round [rad].
+# Angle over which Dahl friction reverses [rad].
 DAHL_LENGTH = 0.02
 
 _PER_JOINT = ('coulomb', 'viscous', 'dahl', 'bias', 'stiffness', 'added_inertia')
@@ -44,35 +42,35 @@ def _zeros() -> Array:
 @dataclass(frozen=True, eq=False)
 class EffortModel:
     """
-    The terms that measured effort has beyond tau; joint order s0 ... w2.
+    Difference between measured effort and joint torque; joint order s0 ... w2.
 
-    Its methods take float arrays (..., 7), already validated; leading axes are a batch.
+    Methods take validated float arrays (..., 7); leading axes are a batch.
 
     Attributes
     ----------
     spring_coefficients : array_like (5,)
         Spring at s1 over 1, sin q, cos q, sin 2q, cos 2q [N m].
     spring_range : array_like (2,)
-        The s1 angles for which they hold [rad]; beyond, the border's value is held.
+        Angles of s1 for which they are valid [rad]; outside, the value at the limit is used.
     coulomb : array_like (7,)
         Coulomb friction [N m], not negative: ``coulomb * tanh(qd / coulomb_velocity)``.
     viscous : array_like (7,)
         Viscous friction [N m s/rad], not negative: ``viscous * qd``.
     dahl : array_like (7,)
-        Dahl's friction [N m], not negative: ``dahl * z``, z of :class:`.presliding.Presliding`.
+        Dahl friction [N m], not negative: ``dahl * z``, z from :class:`.presliding.Presliding`.
     bias : array_like (7,)
         Constant offset of the measured effort [N m].
     stiffness : array_like (7,)
-        Of the cables that a joint bends [N m/rad], of either sign: ``stiffness * q``.
+        Cable stiffness [N m/rad], of either sign: ``stiffness * q``.
     added_inertia : array_like (7,)
-        Inertia beyond the links' that the measured effort shows [kg m^2], of either sign:
+        Apparent inertia in addition to the links' [kg m^2], of either sign:
         ``added_inertia * qdd``.
     coulomb_velocity : float
-        Width of the Coulomb term's change of sign [rad/s].
+        Velocity scale of the smoothed sign [rad/s].
     dahl_length : float
-        The angle over which Dahl's friction turns round [rad].
+        Angle over which Dahl friction reverses [rad].
     has_spring, has_friction, has_dahl, has_added_inertia : bool
-        Whether any of their coefficients is not zero; Dahl's are among the friction's.
+        Whether any coefficient of the term is not zero; friction includes Dahl friction.
 
     Raises
     ------
@@ -92,7 +90,7 @@ class EffortModel:
     coulomb_velocity: float = COULOMB_VELOCITY
     dahl_length: float = DAHL_LENGTH
 
-    if TYPE_CHECKING:  # what follows from the fields, and that those are given as array_like
+    if TYPE_CHECKING:  # derived attributes, and array_like arguments
         has_spring: bool = field(init=False)
         has_friction: bool = field(init=False)
         has_dahl: bool = field(init=False)
@@ -109,7 +107,7 @@ class EffortModel:
             ...
 
     def __post_init__(self) -> None:
-        """Validate, and keep read-only arrays."""
+        """Validate the arguments and store read-only arrays."""
         shapes = {'spring_coefficients': (5,), 'spring_range': (2,),
                   **dict.fromkeys(_PER_JOINT, (N_JOINTS,))}
         for name, shape in shapes.items():
@@ -126,7 +124,7 @@ class EffortModel:
         set_ = object.__setattr__
         for name in ('coulomb_velocity', 'dahl_length'):
             set_(self, name, number(f'effort_model.{name}', getattr(self, name), lower=1e-6))
-        # What a stream asks for again and again, as plain numbers.
+        # Plain numbers for the single states of a stream.
         set_(self, 'has_spring', bool(self.spring_coefficients.any()))
         set_(self, 'has_dahl', bool(self.dahl.any()))
         set_(self, 'has_friction', bool(self.has_dahl or self.coulomb.any() or self.viscous.any()))
@@ -141,10 +139,10 @@ class EffortModel:
         return cls(spring_coefficients=np.zeros(5))
 
     def spring(self, q: Array) -> Array:
-        """Return the spring's effort, (..., 7) [N m], zero but at s1; q is (..., 7) [rad]."""
+        """Return the spring effort (..., 7) [N m], zero except at s1, for q (..., 7) [rad]."""
         lower, upper = self._border
         c0, c1, c2, c3, c4 = self._spring
-        if q.ndim == 1:  # one state of a stream: several times faster on plain numbers
+        if q.ndim == 1:  # plain numbers are several times faster for one state
             s1 = min(max(float(q[S1]), lower), upper)
             sin: Array | float = math.sin(s1)
             cos: Array | float = math.cos(s1)
@@ -158,9 +156,9 @@ class EffortModel:
 
     def spring_is_held(self, q: Array) -> Bools | np.bool_:
         """
-        Return where s1 is outside the spring's range, (...) bool; q is (..., 7) [rad].
+        Return whether s1 is outside the spring's range, (...) bool, for q (..., 7) [rad].
 
-        Nowhere, where there is no spring.
+        Always false without a spring.
         """
         if q.ndim == 1:  # several times faster
             return np.bool_(self.has_spring
@@ -171,15 +169,14 @@ class EffortModel:
 
     def friction(self, qd: Array, presliding: Array | None = None) -> Array:
         """
-        Return Coulomb, viscous and Dahl's friction, (..., 7) [N m].
+        Return Coulomb, viscous and Dahl friction, (..., 7) [N m].
 
         Parameters
         ----------
         qd : ndarray (..., 7)
             Velocity [rad/s].
         presliding : ndarray (..., 7), optional
-            Dahl's state z. By default that of a joint which has long been moving as it does:
-            tanh(qd / coulomb_velocity).
+            Dahl's state z; by default the steady state tanh(qd / coulomb_velocity).
 
         """
         sliding = np.tanh(qd / self.coulomb_velocity)
@@ -189,7 +186,7 @@ class EffortModel:
         return result
 
     def other(self, q: Array, qdd: Array) -> Array:
-        """Return bias, cables and added inertia, (..., 7) [N m]; q, qdd (..., 7)."""
+        """Return bias, cable and added-inertia effort (..., 7) [N m] for q, qdd (..., 7)."""
         result = self.bias
         if self._has_cables:
             result = result + self.stiffness * q
@@ -199,6 +196,6 @@ class EffortModel:
 
     def effort(self, tau: Array, q: Array, qd: Array, qdd: Array,
                presliding: Array | None = None) -> Array:
-        """Return what the robot would measure, (..., 7) [N m], while it needs tau (..., 7)."""
+        """Return the measured effort (..., 7) [N m] for the joint torque tau (..., 7)."""
         result = tau + self.spring(q) + self.other(q, qdd)
         return result + self.friction(qd, presliding) if self.has_friction else result

@@ -1,20 +1,20 @@
-"""The errors this package raises."""
+"""Exceptions raised by this package."""
 
 
 class BaxterDynamicsError(Exception):
-    """Base class: catches whatever this package raises on purpose."""
+    """Base class of all exceptions raised by this package."""
 
 
 class ArgumentError(BaxterDynamicsError, ValueError):
     """
-    An argument cannot be used.
+    An argument is invalid.
 
     Attributes
     ----------
     argument : str
-        The name of the argument.
+        Name of the argument.
     problem : str
-        Why it cannot be used.
+        Reason why it is invalid.
 
     """
 

@@ -1,17 +1,16 @@
 """
 The Lagrange-Euler formulation, equation by equation: the specification of the model.
 
-Written to be read beside the paper: the functions are eqs. (2) and (5) to (11), term by term
-and in the paper's notation (with its indices counted from 1 there and from 0 here). Everything
-is in the paper's frame {0}. It is far too slow for a stream; :mod:`.composite` computes the same
-in a few matrix products, and :mod:`.closed_form`, which
-:class:`~baxter_dynamics_ros.BaxterArm` uses, in as few operations as are known.
+Written to be read beside the paper: the functions are eqs. (2) and (5) to (11), term by term, in
+the paper's notation and in its frame {0}; indices start at 0 instead of 1. Far too slow for a
+stream: :mod:`.composite` computes the same in a few matrix products, and :mod:`.closed_form`, the
+engine of :class:`~baxter_dynamics_ros.BaxterArm`, in far fewer operations.
 
 ``p`` is an :class:`~baxter_dynamics_ros.model.parameters.ArmParameters`, ``q``, ``qd`` and ``qdd``
 have shape (..., 7) in rad, rad/s, rad/s^2, and ``g`` is the gravity vector (3,) in frame {0},
 ``(0, 0, -9.81)`` in the paper [m/s^2].
 
-Where the paper's text slips, the sound reading is used: eq. (8) prints U_ij for U_ji.
+A misprint is corrected: eq. (8) prints U_ij for U_ji.
 """
 
 import numpy as np

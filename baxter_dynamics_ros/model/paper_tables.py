@@ -1,8 +1,8 @@
 """
 Tables II, III and IV of the paper, digit by digit as printed.
 
-Nothing is corrected here: the two corrections that the printed model needs are named functions
-in :mod:`baxter_dynamics_ros.model.parameters`. Row i is link i, that is joint s0, s1, e0, e1,
+Nothing is corrected here; :mod:`.parameters` applies the two corrections.
+ Row i is link i, that is joint s0, s1, e0, e1,
 w0, w1, w2. Frames are the standard Denavit-Hartenberg frames of eq. (2).
 """
 
@@ -45,8 +45,7 @@ TABLE_IV = (
 GRAVITY = (0.0, 0.0, -9.81)
 
 # Table V: |signed mean error| per joint [N m], for sets 1 to 3 (trajectories 3(a) to 3(c)), and
-# the signed sum over the joints, L-E and RN-E. An average of signed errors: it says nothing of
-# noise.
+# the signed sum over the joints, L-E and RN-E. An average of signed errors does not measure noise.
 TABLE_V = {
     'lagrange_euler': (
         (0.0105, 0.1002, 0.0475, 0.0151, 0.0068, 0.0006, 0.0012),

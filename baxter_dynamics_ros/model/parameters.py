@@ -1,11 +1,10 @@
 """
-From the paper's tables to the parameters of a correct model.
+Link parameters: the paper's tables with two errors of the printed model corrected.
 
-The printed model has two errors that matter (torques wrong by up to 40 N m). Each is mended
-here by a function of its own, and each can be left out to see what it is worth:
+As printed, the model is wrong by up to 40 N m. Each correction can be left out to see its effect:
 
-* :data:`THETA_2_OFFSET`: Table II leaves out the constant pi/2 of theta_2.
-* :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the link frame's origin and Table III
+* :data:`THETA_2_OFFSET`: Table II omits the constant pi/2 of theta_2.
+* :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the link frame's origin, Table III
   lists them about the centre of mass.
 """
 
@@ -31,8 +30,8 @@ class ArmParameters:
     """
     Kinematic and inertial parameters of the seven links, in the paper's D-H frames.
 
-    All arrays are read-only copies; row i is link i + 1 of the paper. ``theta_offset`` and
-    ``pseudo_inertia`` follow from the rest and from which ``corrections`` are applied.
+    Arrays are read-only copies; row i is link i + 1 of the paper. ``theta_offset`` and
+    ``pseudo_inertia`` are derived, with the ``corrections`` applied.
 
     Raises
     ------
@@ -52,7 +51,7 @@ class ArmParameters:
     pseudo_inertia: Array = field(init=False)  # (7, 4, 4) J_i, eq. (12) [kg m^2, kg m, kg]
 
     def __post_init__(self) -> None:
-        """Validate, and derive what follows."""
+        """Validate the arguments and derive theta_offset and pseudo_inertia."""
         n = N_JOINTS
         for name, shape in (('d', (n,)), ('a', (n,)), ('alpha', (n,)), ('mass', (n,)),
                             ('center_of_mass', (n, 3)), ('inertia', (n, 3, 3))):
@@ -93,8 +92,8 @@ class Payload:
     Raises
     ------
     ArgumentError
-        If no body can have these numbers: a negative mass or principal moment, principal
-        moments that break the triangle inequality, or inertia without mass.
+        If no rigid body has these values: a negative mass or principal moment, principal
+        moments that violate the triangle inequality, or inertia without mass.
 
     """
 
@@ -102,13 +101,13 @@ class Payload:
     center_of_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
     inertia: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    if TYPE_CHECKING:  # that these are given as array_like
+    if TYPE_CHECKING:  # array_like arguments
         def __init__(self, mass: float = ..., center_of_mass: ArrayLike = ...,
                      inertia: ArrayLike = ...) -> None:
             ...
 
     def __post_init__(self) -> None:
-        """Validate, and keep plain tuples so that payloads compare by value."""
+        """Validate the arguments and store tuples, so that payloads compare by value."""
         set_ = object.__setattr__
         set_(self, 'mass', number('payload.mass', self.mass, lower=0.0))
         set_(self, 'center_of_mass',
@@ -143,8 +142,7 @@ def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameter
     Parameters
     ----------
     corrections : collection of str
-        Which of :data:`CORRECTIONS` to apply; all by default. Leave one out only to see what
-        the printed model does without it.
+        Which of :data:`CORRECTIONS` to apply; all by default. Omit one only to see its effect.
 
     """
     d, a, alpha, mass = np.array(paper_tables.TABLE_II).T
@@ -156,22 +154,22 @@ def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameter
 def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
                     inertia: ArrayLike) -> ArmParameters:
     """
-    Return the parameters of Table II's kinematics with links of one's own.
+    Return parameters with Table II's kinematics and custom inertial parameters.
 
     Parameters
     ----------
     mass : array_like (7,)
         Mass of each link [kg].
     center_of_mass : array_like (21,)
-        Its centre of mass x, y, z [m], link after link, in the order and frames of Table IV.
+        Centre of mass x, y, z of each link in turn, order and frames of Table IV [m].
     inertia : array_like (42,)
-        Its inertia xx, yy, zz, xy, yz, xz about the centre of mass [kg m^2], link after link, in
-        the order and frames of Table III.
+        Inertia xx, yy, zz, xy, yz, xz of each link in turn about its centre of mass, order and
+        frames of Table III [kg m^2].
 
     Raises
     ------
     ArgumentError
-        If no rigid bodies can have these numbers.
+        If no rigid body has these values.
 
     """
     mass = finite('links.mass', mass, (N_JOINTS,))
@@ -190,7 +188,7 @@ def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
 
 
 def theta_offsets(corrected: bool = True) -> Array:
-    """Return theta - q (7,) [rad]: pi/2 at s1, which Table II leaves out, zero elsewhere."""
+    """Return theta - q (7,) [rad]: pi/2 at s1, which Table II omits, zero elsewhere."""
     offsets = np.zeros(N_JOINTS)
     if corrected:
         offsets[S1] = np.pi / 2
@@ -274,7 +272,7 @@ def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array
 
 
 def _assemble(block: Array, mass: Array | float, center: Array) -> Array:
-    """Put second moments (..., 3, 3), m r and m together into (..., 4, 4)."""
+    """Assemble second moments (..., 3, 3), m r and m into (..., 4, 4)."""
     result = np.empty(block.shape[:-2] + (4, 4))
     first_moment = np.asarray(mass)[..., None] * center
     result[..., :3, :3] = block

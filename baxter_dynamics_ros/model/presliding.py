@@ -1,11 +1,11 @@
 r"""
-Friction with a memory: Dahl's model of how far each joint has come from sticking to sliding.
+Dahl's model of pre-sliding friction: the transition from sticking to sliding.
 
-A joint that turns round does not feel the full friction of the other direction at once: the
-bristles of the contact bend first, over some hundredths of a radian. Dahl's state z in [-1, 1]
-follows ``dz/dq = (1 - z sign(qd)) / length``. It knows angles and no time, and over a step in
-one direction the solution is exact: z goes to that direction's sign by
-``exp(-|change of q| / length)``. On Baxter it is what shows as hysteresis at s1.
+A joint that reverses does not feel the full friction of the new direction at once: the contact
+first deflects over a few hundredths of a radian. Dahl's state z in [-1, 1] follows
+``dz/dq = (1 - z sign(qd)) / length``, which depends on angles, not on time. For a step in one
+direction the solution is exact: z approaches the direction's sign by
+``exp(-|change of q| / length)``. On Baxter it explains the hysteresis at s1.
 """
 
 import numpy as np
@@ -21,12 +21,12 @@ class Presliding:
     Parameters
     ----------
     length : float, or array_like (m, 1)
-        The angle over which friction turns round [rad], or several to compare.
+        Angle over which friction reverses [rad], or several to compare.
 
     Attributes
     ----------
     z : ndarray (7,), or (m, 7)
-        The state: -1 or 1 where the joint slides, 0 where nothing is known yet.
+        State: -1 or 1 while the joint slides, 0 while unknown.
 
     """
 
@@ -35,12 +35,12 @@ class Presliding:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: no friction until the joints move."""
+        """Forget the history: no friction until the joints move."""
         self._q: Array | None = None
         self.z = np.zeros(np.broadcast_shapes(np.shape(self.length), (N_JOINTS,)))
 
     def update(self, q: Array) -> Array:
-        """Move to q (7,) [rad], straight from the last; return z."""
+        """Advance to q (7,) [rad] and return z."""
         if self._q is not None:
             step = q - self._q
             direction = np.sign(step)

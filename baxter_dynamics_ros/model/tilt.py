@@ -1,4 +1,4 @@
-"""A base that does not stand level: the gravity vector in its frame."""
+"""Gravity vector in the frame of a tilted base."""
 
 import numpy as np
 
@@ -12,10 +12,10 @@ def gravity_in_base(gravity: ArrayLike, roll: float, pitch: float) -> Array:
     Parameters
     ----------
     gravity : array_like (3,)
-        The gravity vector in level axes, z up [m/s^2].
+        Gravity vector in level axes, z up [m/s^2].
     roll, pitch : float
-        Of the base against level axes, fixed-axis as REP-103 has it: first roll about x, then
-        pitch about y [rad]. Positive roll lifts the robot's left, positive pitch lowers its front.
+        Orientation of the base, fixed axes as in REP-103: roll about x, then pitch about y [rad].
+        Positive roll raises the robot's left side, positive pitch lowers its front.
 
     """
     (sr, sp), (cr, cp) = np.sin([roll, pitch]), np.cos([roll, pitch])

@@ -1,4 +1,4 @@
-"""Validation at the door: arrays of a stated shape, finite, or an error that names them."""
+"""Validation of arguments: finite arrays of a stated shape, or an error that names them."""
 
 import numpy as np
 

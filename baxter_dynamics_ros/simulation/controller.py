@@ -13,13 +13,13 @@ KI_INNER = 6.0 * KP_INNER  # [N m/rad]
 
 class DoubleLoop:
     """
-    Follow joint references: the outer loop asks for a velocity, the inner one for torques.
+    Cascaded position controller: an outer velocity loop, eq. (13), around an inner one, eq. (14).
 
     Parameters
     ----------
     standing : array_like (7,)
-        What its integral supplies at first, beyond the compensation: as if it had long been
-        holding the arm where it starts [N m].
+        Initial contribution of the integral beyond gravity and spring compensation, as if the
+        controller had held the arm in place for a long time [N m].
 
     """
 
@@ -38,7 +38,7 @@ class DoubleLoop:
         q, qd : ndarray (7,)
             State [rad, rad/s].
         holding : ndarray (7,)
-            Gravity and spring compensation, which the robot adds by itself [N m].
+            Gravity and spring compensation, which is added to the controller's output [N m].
         dt : float
             Time since the last call [s].
 
@@ -50,14 +50,14 @@ class DoubleLoop:
     def start_at(self, motor: Array, q_r: Array, qd_r: Array, q: Array,
                  qd: Array, holding: Array, dt: float) -> None:
         """
-        Set the integral so that :meth:`torque` returns ``motor`` (7,) [N m] next: no jump.
+        Set the integral so that the next :meth:`torque` returns ``motor``: a bumpless transfer.
 
         Parameters
         ----------
         motor : ndarray (7,)
-            What the motors supply now, by other means [N m].
+            Present motor torques [N m].
         q_r, qd_r, q, qd, holding, dt
-            What :meth:`torque` will be called with.
+            Arguments of the next call of :meth:`torque`.
 
         """
         error = _velocity_error(q_r, qd_r, q, qd)
@@ -65,6 +65,6 @@ class DoubleLoop:
 
 
 def _velocity_error(q_r: Array, qd_r: Array, q: Array, qd: Array) -> Array:
-    """Return the error of the inner loop, (7,) [rad/s]."""
+    """Return the velocity error of the inner loop, (7,) [rad/s]."""
     wanted = KP_OUTER * (q_r - q) + KD_OUTER * (qd_r - qd)  # (13)
     return wanted - qd  # of (14), whose text prints q_r for the velocity qd

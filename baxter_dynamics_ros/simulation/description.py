@@ -1,4 +1,4 @@
-"""The manufacturer's robot description, cut down to one arm."""
+"""The manufacturer's robot description, reduced to one arm."""
 
 from pathlib import Path
 import sys
@@ -38,9 +38,8 @@ def arm_description(side: str, path: str | Path | None = None,
     """
     Return the URDF of one arm: the chain from the base to the hand, bodies only.
 
-    Geometry, the other arm, the head, and the gripper with its fingers are left out: what
-    remains is what the paper's tables describe, from numbers of its own. A payload is a link
-    of its own, fixed to the hand.
+    Geometry, the other arm, the head and the gripper are removed. The rest is the arm that the
+    paper's tables describe, with independent numbers. A payload becomes a link fixed to the hand.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ def arm_description(side: str, path: str | Path | None = None,
     path : Path, optional
         The robot's URDF; :func:`find_description` by default.
     payload : Payload, optional
-        What the hand carries.
+        Payload of the hand.
 
     Raises
     ------
@@ -88,7 +87,7 @@ def arm_description(side: str, path: str | Path | None = None,
 
 
 def hand_names(side: str) -> tuple[str, str]:
-    """Return what descriptions call the link of the hand."""
+    """Return the names that descriptions use for the hand link."""
     return f'{side}_hand', f'{side}_hand_link'
 
 
@@ -107,7 +106,7 @@ def _load(hand: str, payload: Payload) -> list[ET.Element]:
 
 
 def _links_of_arm(joints: dict[str, ET.Element], arm: tuple[str, ...]) -> set[str]:
-    """Return the links from the root to the wrist, and what is fixed to the arm's links."""
+    """Return the links from the root to the wrist, with links fixed to the arm but no gripper."""
     parents = {_link(joint, 'child'): joint for joint in joints.values()}
     links = {_link(joints[name], 'child') for name in arm}
     above = _link(joints[arm[0]], 'parent')

@@ -1,18 +1,18 @@
-"""An exciting joint trajectory: it moves the joints so that a calibration can tell all apart."""
+"""Exciting joint trajectory: makes every parameter of a calibration identifiable."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from .trajectories import Along, least_jerk, mirror
+from .trajectories import JointTrajectory, minimum_jerk, mirror
 from ..model.arrays import Array, ArrayLike
 
 DURATION = 60.0  # [s]
-_EASE = 4.0  # [s] in which the swing grows at the start, and dies away at the end
+_EASE = 4.0  # duration of the fade-in and of the fade-out [s]
 
 
 class Series(NamedTuple):
-    """A Fourier series for each of the seven joints, around a centre."""
+    """Fourier series of the seven joint angles around a centre."""
 
     center: Array  # (7,) [rad]
     harmonic: Array  # (7, k) multiples of the frequency 1 / DURATION
@@ -20,8 +20,8 @@ class Series(NamedTuple):
     cosine: Array  # (7, k) amplitudes [rad]
 
 
-# The right arm's: what search(seed=2, evaluations=10_000) of :mod:`.excitation_search` returned
-# after four minutes, rounded.
+# Of the right arm: the rounded result of search(seed=2, evaluations=10_000) of excitation_search,
+# which took four minutes.
 SERIES = Series(
     center=np.array([-0.034, -0.445, 0.027, 1.320, 0.156, 0.299, -0.231]),
     harmonic=np.array([[2, 3, 9, 14, 20],
@@ -51,13 +51,13 @@ def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
     """
     Return position, velocity and acceleration, each (..., 7) [rad, rad/s, rad/s^2].
 
-    The series is multiplied by a window, so that it starts and ends at rest, twice continuously
-    differentiable; before and after, the arm is still, at the centre.
+    A window makes the motion start and end at rest, twice continuously differentiable. Outside
+    the window the arm rests at the centre.
 
     Parameters
     ----------
     series : Series
-        What each joint does.
+        Fourier series of the joints.
     t : array_like (...)
         Time since the start [s].
 
@@ -72,29 +72,21 @@ def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
     s, sd, sdd = s.sum(-1), sd.sum(-1), sdd.sum(-1)
     u = np.minimum(np.minimum(t, DURATION - t) / _EASE, 1.0)
     slope = np.where(t < DURATION / 2, 1.0, -1.0) / _EASE  # of u, where it is not constant
-    w = least_jerk(u)
+    w = minimum_jerk(u)
     wd = 30.0 * (u * (1.0 - u)) ** 2 * slope
     wdd = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * slope ** 2
     return (series.center + w * s, wd * s + w * sd, wdd * s + 2.0 * wd * sd + w * sdd)
 
 
 def series(side: str) -> Series:
-    """Return what the joints of an arm do; the left arm's motion is the right one's mirrored."""
+    """Return the series of an arm; the left arm mirrors the right one."""
     signs = mirror(side)
     return SERIES._replace(center=signs * SERIES.center, sine=signs[:, None] * SERIES.sine,
                            cosine=signs[:, None] * SERIES.cosine)
 
 
-class Excitation(Along):
-    """
-    Joint references along the exciting trajectory.
-
-    Parameters
-    ----------
-    side : str
-        'right' or 'left'; the left arm's is the mirror image.
-
-    """
+class ExcitingTrajectory(JointTrajectory):
+    """Joint references along the exciting trajectory; mirrored for the left arm."""
 
     def __init__(self, side: str) -> None:
         joints = series(side)

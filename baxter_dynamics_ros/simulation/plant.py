@@ -1,4 +1,4 @@
-"""The arm's mechanics: MuJoCo on the manufacturer's numbers, with what a real arm has beyond."""
+"""Arm mechanics: MuJoCo on the manufacturer's description, plus springs and friction."""
 
 from pathlib import Path
 
@@ -18,10 +18,10 @@ from ..model.validation import finite
 
 TIMESTEP = 0.001  # [s]
 
-# Coulomb friction of the simulated arm [N m], of the size seen on real ones.
+# Coulomb friction of the simulated arm, of the size seen on real arms [N m].
 COULOMB = (0.4, 0.7, 0.3, 0.3, 0.1, 0.1, 0.03)
 
-# Greatest torques of the manufacturer's robot description [N m].
+# Torque limits of the manufacturer's robot description [N m].
 TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])
 
 _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
@@ -30,7 +30,7 @@ _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
 
 
 def default_truth(spring: bool = True, friction: bool = True) -> EffortModel:
-    """Return what the simulated arm has by default: the springs at s1, and Coulomb friction."""
+    """Return the default effort model of the simulated arm: spring at s1, Coulomb friction."""
     return EffortModel(
         spring_coefficients=np.array(SPRING_COEFFICIENTS) if spring else np.zeros(5),
         coulomb=np.array(COULOMB) if friction else np.zeros(N_JOINTS))
@@ -38,11 +38,10 @@ def default_truth(spring: bool = True, friction: bool = True) -> EffortModel:
 
 class Plant:
     """
-    One arm that moves under motor torques; joint order s0 ... w2.
+    One simulated arm driven by motor torques; joint order s0 ... w2.
 
-    Motor torques work against springs, cables and friction, as on the robot, and move an inertia
-    beyond the links': ``M qdd + C qd + G = motor - spring(q) - stiffness q - friction -
-    added_inertia qdd + J^T force + torque``.
+    ``M qdd + C qd + G = motor - spring(q) - stiffness q - friction - added_inertia qdd
+    + J^T force + torque``.
 
     Parameters
     ----------
@@ -51,13 +50,12 @@ class Plant:
     description : path, optional
         A Baxter's URDF; the one of ``hpp-baxter`` by default.
     truth : EffortModel, optional
-        Springs, cables, friction and added inertia, which must not be negative;
-        :func:`default_truth` by default. Its bias is the sensors', not the plant's.
+        True spring, cable stiffness, friction and added inertia, the latter not negative;
+        :func:`default_truth` by default. The bias belongs to the sensors.
     payload : Payload, optional
-        What the hand carries.
+        Payload of the hand.
     gravity : array_like (3,), optional
-        Gravity vector in the base frame [m/s^2], straight down by default; otherwise the base is
-        tilted.
+        Gravity vector in the base frame [m/s^2]; straight down by default.
 
     Raises
     ------
@@ -73,8 +71,8 @@ class Plant:
                  gravity: ArrayLike | None = None) -> None:
         self.truth = default_truth() if truth is None else truth
         if self.truth.added_inertia.min() < 0.0:
-            raise ArgumentError('truth.added_inertia', 'no simulated joint can have less inertia '
-                                f'than its links, got {self.truth.added_inertia}')
+            raise ArgumentError('truth.added_inertia', 'expected no negative value, got '
+                                f'{self.truth.added_inertia}')
         self.model = _compile(arm_description(side, description, payload))
         self.model.opt.gravity[:] = finite(
             'gravity', GRAVITY if gravity is None else gravity, (3,))
@@ -82,13 +80,13 @@ class Plant:
         self._joints = np.array([names.index(name) for name in joint_names(side)])
         self.model.dof_armature[self._joints] = self.truth.added_inertia
         self.data = mujoco.MjData(self.model)
-        self._nominal = _Still(_compile(arm_description(side, description)))
-        self._actual = _Still(self.model)
+        self._nominal = _StaticModel(_compile(arm_description(side, description)))
+        self._actual = _StaticModel(self.model)
         names = [self.model.body(i).name for i in range(self.model.nbody)]
         self._hand = next(i for i, name in enumerate(names) if name in hand_names(side))
         self._presliding = Presliding(self.truth.dahl_length)
-        self.force: Array = np.zeros(3)  # at the hand, axes of the robot's base [N]
-        self.torque: Array = np.zeros(N_JOINTS)  # external, on the joints themselves [N m]
+        self.force: Array = np.zeros(3)  # on the hand, base axes [N]
+        self.torque: Array = np.zeros(N_JOINTS)  # external, on the joints [N m]
 
     @property
     def q(self) -> Array:
@@ -103,7 +101,7 @@ class Plant:
         return qd
 
     def place(self, q: Array) -> None:
-        """Put the arm at rest at q (7,) [rad], free of friction."""
+        """Place the arm at rest at q (7,) [rad], without stored friction."""
         self.data.qpos[self._joints] = q
         self.data.qvel[:] = 0.0
         self._presliding.reset()
@@ -111,16 +109,15 @@ class Plant:
 
     def holding_torque(self) -> Array:
         """
-        Return the motor torques (7,) [N m] by which the robot holds itself without control.
+        Return the gravity and spring compensation that the robot applies itself, (7,) [N m].
 
-        They carry what it knows of: its description and its springs; not a payload, a tilted
-        base, or cables.
+        It knows neither a payload, nor a tilted base, nor cables.
         """
         gravity: Array = self._nominal.gravity(self.data.qpos)[self._joints]
         return gravity + self.truth.spring(self.q)
 
     def static_torque(self) -> Array:
-        """Return the motor torques (7,) [N m] that the arm at rest needs, without friction."""
+        """Return the motor torques that hold the arm at rest without friction, (7,) [N m]."""
         q = self.q
         gravity = self._actual.gravity(self.data.qpos)[self._joints]
         torque: Array = gravity + self.truth.spring(q) + self.truth.stiffness * q
@@ -140,15 +137,15 @@ class Plant:
         mujoco.mj_step(self.model, self.data)
 
 
-class _Still:
-    """A model that does not move: what gravity does to it."""
+class _StaticModel:
+    """Gravity torques of a model at rest."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._data = mujoco.MjData(model)
 
     def gravity(self, qpos: Array) -> Array:
-        """Return the torques that hold it against gravity, in the model's order [N m]."""
+        """Return the torques that balance gravity, in the model's joint order [N m]."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
@@ -161,5 +158,5 @@ def _compile(urdf: str) -> mujoco.MjModel:
     root_end = urdf.index('>', urdf.index('<robot')) + 1
     model = mujoco.MjModel.from_xml_string(
         urdf[:root_end] + _COMPILER.format(timestep=TIMESTEP) + urdf[root_end:])
-    model.dof_damping[:] = 0.0  # the description's 0.7 is no measurement
+    model.dof_damping[:] = 0.0  # the description's 0.7 was never measured
     return model

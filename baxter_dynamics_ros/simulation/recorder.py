@@ -1,4 +1,4 @@
-"""The joint states of a fake Baxter in the order of their stamps, as the robot publishes them."""
+"""Joint states of a fake Baxter, in the order in which the robot publishes them."""
 
 from collections.abc import Iterator
 
@@ -11,33 +11,33 @@ from ..model.arrays import Array
 Message = tuple[int, tuple[str, ...], Array, Array, Array]
 
 STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
-START_NS = 10 ** 18  # when a recording starts, a date in 2001 [ns]
+START_NS = 10 ** 18  # stamp of a recording's start, a date in 2001 [ns]
 
-_LATE = 500_000  # ns after a recording's end that still belong to it: jitter is far less
+_TOLERANCE = 500_000  # on a recording's end; the jitter of stamps is far smaller [ns]
 
 
 class JointStates:
     """
-    The joint states that a robot publishes, an iterator without end.
+    Endless iterator over the joint states that a robot publishes.
 
-    Those of the head and both arms come at ``rate``, those of two gripper joints at 38 Hz between
-    them. The robot lives on as far as needed with each message that is taken.
+    The head and both arms are published at ``rate``, two gripper joints at 38 Hz. Each message
+    advances the simulation to its instant.
 
     Parameters
     ----------
     robot : FakeBaxter
-        Whose they are, from its time on.
+        Simulated robot, at its present time.
     rate : float
-        Of the arms' joint states [Hz].
+        Rate of the arms' joint states [Hz].
     seed : int
-        Of the stamps' jitter.
+        Seed of the stamps' jitter.
     start_ns : int
-        The stamp of the robot's time now [ns].
+        Stamp of the robot's present time [ns].
 
     Attributes
     ----------
     start_ns : int
-        Assign to it where time was lost.
+        As given; assign to it to skip lost time.
 
     """
 
@@ -47,7 +47,7 @@ class JointStates:
         self._begin = robot.time
         self._period = 1.0 / rate
         self._random = np.random.default_rng(seed)
-        self._arms = self._grippers = 0  # messages so far
+        self._arms = self._grippers = 0  # number of messages
         self._arms_due = self._draw()
         self._grippers_due = _ns(1.0 / GRIPPER_RATE)
 
@@ -80,28 +80,28 @@ class JointStates:
 
 def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0) -> Iterator[Message]:
     """
-    Yield the joint states of the robot's next ``duration`` [s], as fast as they can be had.
+    Yield the joint states of the robot's next ``duration`` [s], faster than real time.
 
     Parameters
     ----------
     robot : FakeBaxter
-        Whose they are, from its time on.
+        Simulated robot, at its present time.
     duration : float
-        In the robot's time [s].
+        Simulated time [s].
     rate : float
-        Of the arms' joint states [Hz].
+        Rate of the arms' joint states [Hz].
     seed : int
-        Of the stamps' jitter.
+        Seed of the stamps' jitter.
 
     Yields
     ------
     tuple
-        Stamp [ns], names, position, velocity and effort, as :class:`JointStates` has them; the
-        first stamp is near :data:`START_NS`.
+        Stamp [ns], names, position, velocity and effort; the first stamp is near
+        :data:`START_NS`.
 
     """
     states = JointStates(robot, rate, seed, START_NS)
-    end = START_NS + _ns(duration) + _LATE
+    end = START_NS + _ns(duration) + _TOLERANCE
     while states.due_ns < end:
         yield next(states)
 

@@ -1,4 +1,4 @@
-"""The fake Baxter: plant, controller and sensors put together; knows no ROS."""
+"""Fake Baxter: plant, controller and sensors, without ROS."""
 
 from pathlib import Path
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .controller import DoubleLoop
-from .exciting_trajectory import Excitation
+from .exciting_trajectory import ExcitingTrajectory
 from .plant import default_truth, Plant, TIMESTEP, TORQUE_LIMIT
-from .poses import Poses, Still
+from .poses import HoldPosition, Poses
 from .sensors import Sensors
-from .trajectories import Along, Reference
+from .trajectories import HandTrajectory, JointTrajectory
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
@@ -29,39 +29,38 @@ GRIPPER_RATE = 38.0  # [Hz]
 
 TRAJECTORIES = ('circle', 'switch', 'lift', 'exciting', 'hold', 'poses')
 
-COMMAND_TIMEOUT = 0.2  # [s] for which a torque command holds, as the SDK has it
-# Faster, no torque command is obeyed: there are no stops, and a motor's limit makes w2 so fast
-# within 0.2 s that MuJoCo gives up and puts the arm elsewhere [rad/s].
+COMMAND_TIMEOUT = 0.2  # how long a torque command stays in force, as in the SDK [s]
+# Above this speed torque commands are refused. There are no joint stops, and maximum torque makes
+# w2 fast enough within 0.2 s for MuJoCo to diverge [rad/s].
 RUNAWAY = 10 * VELOCITY_LIMIT
 
-_REFERENCE_STEPS = 10  # time steps between two updates of the reference, a line between them
+_REFERENCE_STEPS = 10  # time steps between two reference updates, linear in between
 
 
 class FakeBaxter:
     """
-    A Baxter whose one arm follows a trajectory while the other is held still.
+    Simulated Baxter: one arm follows a trajectory while the other holds still.
 
     Parameters
     ----------
     side : str
         The arm that moves, 'right' or 'left'.
     trajectory : str
-        One of :data:`TRAJECTORIES`: the paper's, the :mod:`.excitation`, the :mod:`.poses`, or
-        standing still.
+        One of :data:`TRAJECTORIES`.
     description : path, optional
-        A Baxter's URDF.
+        URDF of a Baxter.
     spring, friction, noise : bool
-        Whether the robot has springs at s1, friction, and sensor noise.
+        Whether the robot has the spring at s1, friction, and sensor noise.
     seed : int
-        Of the noise.
+        Seed of the noise.
     truth : EffortModel, optional
-        What the measured effort of both arms truly has beyond tau, in the place of ``spring``
-        and ``friction``; :func:`.plant.default_truth` by default.
+        True effort model of both arms, instead of ``spring`` and ``friction``;
+        :func:`.plant.default_truth` by default.
     payload : Payload, optional
-        What the moving hand carries; unknown to the robot.
+        Payload of the moving hand; unknown to the robot's own compensation.
     gravity : array_like (3,), optional
         Gravity vector in the base frame [m/s^2], straight down by default; unknown to the
-        robot.
+        robot's own compensation.
 
     Raises
     ------
@@ -82,35 +81,35 @@ class FakeBaxter:
         if truth is None:
             truth = default_truth(spring, friction)
         elif not (spring and friction):
-            raise ArgumentError('truth', 'says what spring and friction there are: leave the '
-                                'arguments spring and friction out')
+            raise ArgumentError('truth', 'replaces spring and friction: leave these two at '
+                                'their defaults')
         self.plant = Plant(side, description, truth, payload, gravity)
-        self.reference: Reference | Along = _reference(side, trajectory)
+        self.reference: HandTrajectory | JointTrajectory = _reference(side, trajectory)
         self.plant.place(self.reference.q)
         standing = self.plant.static_torque()
         self._controller = DoubleLoop(standing - self.plant.holding_torque())
         self._sensors = Sensors(TIMESTEP, noise, seed)
         self._steps = self._command_ends = 0
-        self._command: Array | None = None  # what the motors supply instead of control
+        self._command: Array | None = None  # commanded motor torques, if any
         other = SIDES[1 - SIDES.index(side)]
         resting = Plant(other, description, truth, gravity=gravity)
-        resting.place(Reference(other, 'hold').q)
+        resting.place(HandTrajectory(other, 'hold').q)
         self._resting = Sensors(TIMESTEP, noise, seed + 1)
         self._resting_state = resting.q, resting.static_torque() + truth.bias
         simulated = joint_names(side) + joint_names(other)
         self._order = [simulated.index(name) if name in simulated else len(simulated)
-                       for name in JOINT_STATE_NAMES]  # the head and the torso stay at zero
+                       for name in JOINT_STATE_NAMES]  # head and torso stay at zero
         self._sensors.read(self.plant.q, standing + truth.bias)
         self._resting.read(*self._resting_state)
 
     @property
     def time(self) -> float:
-        """Time since the robot's start [s]."""
+        """Simulated time since the start [s]."""
         return self._steps * TIMESTEP
 
     @property
     def force(self) -> Array:
-        """Force on the moving hand, axes of the robot's base (3,) [N]; assign to it."""
+        """External force on the moving hand, base axes (3,) [N]; assignable."""
         return self.plant.force
 
     @force.setter
@@ -119,7 +118,7 @@ class FakeBaxter:
 
     @property
     def torque(self) -> Array:
-        """External torque on the moving arm's joints (7,) [N m], s0 ... w2; assign to it."""
+        """External torque on the moving arm's joints (7,) [N m]; assignable."""
         return self.plant.torque
 
     @torque.setter
@@ -128,28 +127,28 @@ class FakeBaxter:
 
     @property
     def is_commanded(self) -> bool:
-        """Whether the motors obey torque commands now."""
+        """Whether a torque command is in force."""
         return self._command is not None
 
     def command(self, torque: ArrayLike) -> None:
         """
-        Let the motors supply these torques and nothing else, as in the SDK's torque mode.
+        Apply motor torques and nothing else, as in the SDK's torque mode.
 
-        They do until the next command, or for :data:`COMMAND_TIMEOUT`; then the robot's
-        controller holds the arm where it is, beginning with the torques that it finds, and the
-        trajectory is not taken up again. A joint faster than :data:`RUNAWAY` is braked at once.
+        They stay in force until the next command or for :data:`COMMAND_TIMEOUT`. Then the
+        controller holds the arm in place, starting from the present torques; the trajectory is
+        not resumed. A joint faster than :data:`RUNAWAY` is braked immediately.
 
         Parameters
         ----------
         torque : array_like (7,)
-            Of the motors, s0 ... w2 [N m]: the effort that will be measured, but for bias and
-            noise. Gravity and springs are not compensated beside it.
+            Motor torques, s0 ... w2 [N m]: the measured effort without bias and noise. Gravity
+            and spring compensation are not added.
 
         Raises
         ------
         ArgumentError
             If it is not seven finite numbers, each within :data:`.plant.TORQUE_LIMIT`, or a
-            joint runs away; what was commanded before then stays.
+            joint is too fast. The previous command then stays in force.
 
         """
         command = finite('torque', torque, (N_JOINTS,)).copy()
@@ -160,12 +159,12 @@ class FakeBaxter:
                                 f'{JOINTS[joint]}, got {command[joint]:g}')
         if self._runs_away():
             joint = np.argmax(np.abs(self.plant.qd) / RUNAWAY)
-            raise ArgumentError('torque', f'{JOINTS[joint]} runs away, and is braked first')
+            raise ArgumentError('torque', f'{JOINTS[joint]} is too fast and is being braked')
         self._command = command
         self._command_ends = self._steps + round(COMMAND_TIMEOUT / TIMESTEP)
 
     def advance(self, time: float) -> None:
-        """Let the robot live until ``time`` [s since its start]."""
+        """Simulate until ``time`` [s since the start]."""
         while self.time < time - TIMESTEP / 2:
             if self._command is not None and (
                     self._steps >= self._command_ends or self._runs_away()):
@@ -185,7 +184,7 @@ class FakeBaxter:
         return position, velocity, effort
 
     def _control(self) -> Array:
-        """Return the motor torques (7,) [N m] that follow the reference."""
+        """Return the controller's motor torques (7,) [N m]."""
         ahead = -self._steps % _REFERENCE_STEPS
         if ahead == 0:
             self.reference.advance(_REFERENCE_STEPS * TIMESTEP)
@@ -196,10 +195,10 @@ class FakeBaxter:
             self.plant.holding_torque(), TIMESTEP)
 
     def _hold_here(self, motor: Array) -> None:
-        """Make this place the reference, from motor torques (7,) [N m] on."""
-        self.reference = Still(self.plant.q)
+        """Hold the present position, starting from motor torques (7,) [N m]."""
+        self.reference = HoldPosition(self.plant.q)
         if self._runs_away():
-            self._controller = DoubleLoop()  # which does not go on with what drives it
+            self._controller = DoubleLoop()  # without the torques that accelerate the joint
         else:
             self._controller.start_at(
                 motor, self.reference.q, self.reference.qd, self.plant.q, self.plant.qd,
@@ -209,10 +208,10 @@ class FakeBaxter:
         return bool((np.abs(self.plant.qd) > RUNAWAY).any())
 
 
-def _reference(side: str, trajectory: str) -> Reference | Along:
-    """Return the joint references along a trajectory."""
+def _reference(side: str, trajectory: str) -> HandTrajectory | JointTrajectory:
+    """Return the joint references of a trajectory."""
     if trajectory == 'exciting':
-        return Excitation(side)
+        return ExcitingTrajectory(side)
     if trajectory == 'poses':
         return Poses(side)
-    return Reference(side, trajectory)
+    return HandTrajectory(side, trajectory)

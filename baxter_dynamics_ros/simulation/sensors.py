@@ -1,4 +1,4 @@
-"""What the real robot's sensors make of the truth: noise, quanta, and a velocity that lags."""
+"""Sensor model of the real robot: noise, quantisation, and a lagging velocity."""
 
 from collections import deque
 
@@ -11,7 +11,7 @@ from ..model.joints import N_JOINTS
 POSITION_QUANTUM = 2 * np.pi / 16384  # [rad]
 EFFORT_QUANTUM = 0.004  # [N m]
 EFFORT_NOISE = np.array([0.075, 0.037, 0.075, 0.035, 0.008, 0.016, 0.011])  # sd [N m]
-# An encoder noise that gives the published velocity its 0.013 rad/s.
+# Chosen so that the published velocity has the measured noise of 0.013 rad/s.
 ENCODER_NOISE = 4.8e-4  # sd [rad]
 
 # The published velocity is the difference of two means over 6 encoder readings, 22 readings
@@ -19,21 +19,21 @@ ENCODER_NOISE = 4.8e-4  # sd [rad]
 MEAN_LENGTH = 6
 DISTANCE = 22
 
-_TOGETHER = 1000  # readings that are looked at together at most: keeps memory flat
+_MAX_PENDING = 1000  # readings processed in one go; bounds memory
 
 
 class Sensors:
     """
-    The sensors of one arm, read at the encoder's rate.
+    Joint sensors of one arm, sampled at the encoder rate.
 
     Parameters
     ----------
     period : float
         Time between two encoder readings [s]; 1 ms on the robot.
     noise : bool
-        Whether there are noise and quanta; the velocity lags either way.
+        Whether to add noise and quantisation; the velocity lags either way.
     seed : int
-        Of the noise.
+        Seed of the noise.
 
     """
 
@@ -42,19 +42,19 @@ class Sensors:
         self._noise = noise
         self._random = np.random.default_rng(seed)
         self._encoder: deque[Array] = deque(maxlen=MEAN_LENGTH + DISTANCE)
-        self._unread: list[Array] = []  # true positions since the encoder was last looked at
+        self._pending: list[Array] = []  # true positions that the encoder has not sampled yet
         self._effort: Array = np.zeros(N_JOINTS)
 
     def read(self, q: Array, effort: Array) -> None:
-        """Take the true position (7,) [rad] and effort (7,) [N m] of this instant."""
-        self._unread.append(q)
+        """Record the true position (7,) [rad] and effort (7,) [N m] at this instant."""
+        self._pending.append(q)
         self._effort = effort
-        if len(self._unread) >= _TOGETHER:
-            self._look()
+        if len(self._pending) >= _MAX_PENDING:
+            self._sample()
 
     def publish(self) -> tuple[Array, Array, Array]:
         """Return position [rad], velocity [rad/s] and effort [N m] as the robot publishes them."""
-        self._look()
+        self._sample()
         readings = np.array(self._encoder)
         velocity = (readings[-MEAN_LENGTH:].mean(0) - readings[:MEAN_LENGTH].mean(0)) / (
             DISTANCE * self._period)
@@ -64,16 +64,16 @@ class Sensors:
                                 EFFORT_QUANTUM)
         return readings[-1], velocity, effort
 
-    def _look(self) -> None:
-        """Let the encoder read what it has not yet: many instants at once cost as much as one."""
-        if not self._unread:
+    def _sample(self) -> None:
+        """Sample the pending positions in one vectorised step."""
+        if not self._pending:
             return
-        q = np.array(self._unread)
-        self._unread.clear()
+        q = np.array(self._pending)
+        self._pending.clear()
         if self._noise:
             q = _quantised(q + ENCODER_NOISE * self._random.standard_normal(q.shape),
                            POSITION_QUANTUM)
-        if not self._encoder:  # the arm was at rest before
+        if not self._encoder:  # the arm was at rest before the first reading
             self._encoder.extend([q[0]] * (MEAN_LENGTH + DISTANCE))
         self._encoder.extend(q)
 

@@ -1,4 +1,4 @@
-"""The paper's reference trajectories of the hand, and the joint references of eq. (15)."""
+"""The paper's hand trajectories, and the joint references that follow them, eq. (15)."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,27 +9,27 @@ from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.joints import mount, POSITION_LOWER, POSITION_UPPER
 
-RAMP = 2.0  # [s] in which the reference comes up to speed, so that it starts without a jump
-_CORRECTION = 5.0  # [1/s] with which the integrated reference is held to the curve
-_POSTURE = 0.5  # [1/s] with which the redundant joint returns to the first posture
+RAMP = 2.0  # duration of the acceleration from rest to full speed [s]
+_CORRECTION = 5.0  # feedback gain that keeps the integrated reference on the curve [1/s]
+_POSTURE = 0.5  # null-space gain towards the initial posture [1/s]
 
-_SWITCH_PERIOD = 2.0  # [s] from one switch of the hand to the next
-_SWITCH_TIME = 0.6  # [s] that the hand takes for it
+_SWITCH_PERIOD = 2.0  # time between two switches [s]
+_SWITCH_TIME = 0.6  # duration of a switch [s]
 
-# What makes the right arm's angles the left arm's.
+# Signs that mirror joint angles between the arms.
 MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
-# Right arm, hand down, elbow up: where the search for the first posture begins [rad].
+# Right arm, hand down, elbow up: initial guess of the first posture [rad].
 _GUESS = np.array([0.3, -0.6, 0.0, 1.4, 0.0, 0.77, 0.0])
 
 
 def mirror(side: str) -> Array:
-    """Return what makes the right arm's angles those of an arm (7,)."""
+    """Return the signs (7,) that turn the right arm's angles into the given arm's."""
     return MIRROR if side == 'left' else np.ones(len(MIRROR))
 
 
-def least_jerk(s: Any) -> Any:
-    """Return how far the move of least jerk has come, 0 to 1, after the part s of its time."""
+def minimum_jerk(s: Any) -> Any:
+    """Return the progress of a minimum-jerk move, 0 to 1, at the fraction s of its duration."""
     return s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
 
 
@@ -48,11 +48,11 @@ def switch(t: float) -> Array:
     Return the hand's position at t, trajectory 3(b) of the paper: switched quickly in y.
 
     The paper gives no numbers. Chosen here: x = 0.6, z = 0.1 and y from -0.1 to -0.3 m or back
-    every 2 s, in the last 0.6 s of them, by the move of least jerk (0.63 m/s, 3.2 m/s^2 at most).
+    every 2 s, by a minimum-jerk move in the last 0.6 s of them (0.63 m/s, 3.2 m/s^2 at most).
     """
     count, rest = divmod(t, _SWITCH_PERIOD)
     s = max(0.0, 1.0 - (_SWITCH_PERIOD - rest) / _SWITCH_TIME)  # of the move, 0 to 1
-    moved = least_jerk(s)
+    moved = minimum_jerk(s)
     return np.array([0.6, -0.1 - 0.2 * (1.0 - moved if count % 2 else moved), 0.1])
 
 
@@ -66,19 +66,19 @@ def lift(t: float) -> Array:
 
 
 def hold(t: float) -> Array:
-    """Return where the circle begins, at any t: the arm is held still."""
+    """Return the constant position at which the circle begins."""
     return circle(0.0)
 
 
 TRAJECTORIES: dict[str, Callable[[float], Array]] = {
     'circle': circle, 'switch': switch, 'lift': lift, 'hold': hold}
-# After so long each is where it was, and begins again [s].
+# Time after which each trajectory repeats [s].
 PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi}
 
 
-class Along:
+class JointTrajectory:
     """
-    Joint references along a motion of the joints; its interface is :class:`Reference`'s.
+    Joint references along a given joint motion.
 
     Parameters
     ----------
@@ -99,19 +99,19 @@ class Along:
         self.qd: Array = np.zeros(len(self.q))
 
     def advance(self, dt: float) -> None:
-        """Go on by dt [s]; qd is the mean velocity on the way."""
+        """Advance by dt [s]; qd becomes the mean velocity over the step."""
         self._t += dt
         q = self._motion(self._t)
         self.qd = (q - self.q) / dt
         self.q = q
 
 
-class Reference:
+class HandTrajectory:
     """
-    Joint references along a trajectory, by the inverse Jacobian method of eq. (15).
+    Joint references along a hand trajectory, by the inverse Jacobian method of eq. (15).
 
-    The hand points down throughout. The trajectory is run through slowly at first, so that the
-    reference starts at rest.
+    Same interface as :class:`JointTrajectory`. The hand points down throughout; the reference
+    starts at rest and accelerates along the trajectory.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class Reference:
         self._mirror = np.array([1.0, -1.0 if side == 'left' else 1.0, 1.0])
         self._t = 0.0
         self.q = _GUESS * mirror(side)
-        for _ in range(100):  # the first posture, by the same method from the guess
+        for _ in range(100):  # solve for the first posture from the guess
             self.q = self.q + 0.5 * self._inverse(np.zeros(3), 1.0)[0]
         self._posture = self.q
         self.qd: Array = np.zeros(len(self.q))
@@ -148,7 +148,7 @@ class Reference:
         self._t += dt
 
     def _inverse(self, velocity: Array, gain: float) -> tuple[Array, Array]:
-        """Return joint velocities for the hand's, with its error fed back, and the null space."""
+        """Return joint velocities for a hand velocity with error feedback, and the null space."""
         pose = self._arm.forward_kinematics(self.q)
         jacobian = self._arm.jacobian(self.q)
         wanted = self._mirror * self._position(_phase(self._t))
@@ -160,7 +160,7 @@ class Reference:
 
 
 def _phase(t: float) -> float:
-    """Return the trajectory's own time: speed rises smoothly from 0 to 1 within RAMP."""
+    """Return the path parameter at time t: its rate rises smoothly from 0 to 1 within RAMP."""
     if t >= RAMP:
         return t - RAMP / 2
     return t / 2 - RAMP / (2 * np.pi) * float(np.sin(np.pi * t / RAMP))

@@ -7,7 +7,7 @@ from pathlib import Path
 from baxter_dynamics_ros import BaxterArm, JOINTS, mount
 from baxter_dynamics_ros.report.drawing import draw_band, frame, zero_line
 from baxter_dynamics_ros.report.figures import STROKES
-from baxter_dynamics_ros.simulation.trajectories import PERIODS, RAMP, Reference
+from baxter_dynamics_ros.simulation.trajectories import PERIODS, RAMP, HandTrajectory
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from measured.experiment import evaluation, rows, SETS, SIDE
@@ -101,7 +101,7 @@ def table_five(path: Path) -> None:
 
 def _reference(trajectory: str) -> np.ndarray:
     """Return the joint references of one period, (n, 7) [rad]."""
-    reference = Reference(SIDE, trajectory)
+    reference = HandTrajectory(SIDE, trajectory)
     q = []
     for _ in range(round((RAMP + PERIODS[trajectory]) / _DT)):
         reference.advance(_DT)

@@ -8,7 +8,7 @@ from typing import Any
 from baxter_dynamics_ros import JOINTS, mount
 from baxter_dynamics_ros.model.lagrange_euler import transform
 from baxter_dynamics_ros.model.parameters import ArmParameters
-from baxter_dynamics_ros.simulation.trajectories import PERIODS, Reference
+from baxter_dynamics_ros.simulation.trajectories import PERIODS, HandTrajectory
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from measured.model import Manufacturer, SIDE, variant
@@ -110,7 +110,7 @@ def _finish(figure: Figure, axes: np.ndarray, path: Path) -> None:
 
 def _motion(trajectory: str) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """Return q, qd, qdd (n, 7) along one period of a reference, and the time (n,) [s]."""
-    reference = Reference(SIDE, trajectory)
+    reference = HandTrajectory(SIDE, trajectory)
     start, steps = round(2.0 / _DT), round(PERIODS[trajectory] / _DT)  # once it is up to speed
     q, qd = [], []
     for _ in range(start + steps + 2):

@@ -5,7 +5,7 @@ from baxter_dynamics_ros.estimation.wrench import hand_wrench, LEAST_SINGULAR_VA
 from baxter_dynamics_ros.model.hand import HandKinematics
 from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.model.parameters import paper_parameters
-from baxter_dynamics_ros.simulation.trajectories import PERIODS, Reference
+from baxter_dynamics_ros.simulation.trajectories import PERIODS, HandTrajectory
 import numpy as np
 import pytest
 
@@ -225,7 +225,7 @@ def test_noise_is_below_5_newtons_wherever_a_wrench_is_told(random_states):
 
 @pytest.mark.parametrize('trajectory', sorted(PERIODS))
 def test_never_withheld_on_the_papers_trajectories(trajectory):
-    reference, hand = Reference('right', trajectory), mounted()
+    reference, hand = HandTrajectory('right', trajectory), mounted()
     for _ in range(round(PERIODS[trajectory] / 0.05)):
         reference.advance(0.05)
         force, torque = noise(hand.jacobian(reference.q))

@@ -14,10 +14,10 @@ pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation import excitation_search  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402
-    DURATION, Excitation, motion, series)
+    DURATION, ExcitingTrajectory, motion, series)
 from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import MIRROR, Reference  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import MIRROR, HandTrajectory  # noqa: E402
 
 STEP = 0.01  # [s]
 TIME = np.arange(0.0, DURATION + STEP / 2, STEP)
@@ -101,7 +101,7 @@ def test_every_parameter_shows(right):
 
 
 def test_the_circle_shows_much_less():
-    reference, rows = Reference('right', 'circle'), []
+    reference, rows = HandTrajectory('right', 'circle'), []
     for _ in range(3200):
         reference.advance(STEP)
         rows.append((reference.q, reference.qd))
@@ -150,7 +150,7 @@ def test_a_short_search_keeps_to_the_limits_of_the_joints_and_finds_better():
 
 @pytest.mark.parametrize('side', SIDES)
 def test_reference_runs_along_it_mirrored_for_the_left_arm(side, right):
-    reference = Excitation(side)
+    reference = ExcitingTrajectory(side)
     mirror = MIRROR if side == 'left' else 1.0
     np.testing.assert_array_equal(reference.qd, np.zeros(7))
     for k in range(1, 800):

@@ -31,9 +31,9 @@ def test_comes_from_the_other_side_on_a_second_lap(path):
     for k, posture in enumerate(poses.POSTURES):
         begin = round((LAP + k * (poses.REST + poses.MOVE)) / PERIOD)
         way = np.sign(posture - poses.POSTURES[k - 1])
-        np.testing.assert_allclose(path[begin], posture + poses.BEYOND * way, atol=1e-9)
+        np.testing.assert_allclose(path[begin], posture + poses.OVERSHOOT * way, atol=1e-9)
         assert (way * (path[begin + 30] - posture) > 0.0).all()
-        resting = path[begin + round(poses.BACK / PERIOD):begin + 200]
+        resting = path[begin + round(poses.RETURN_TIME / PERIOD):begin + 200]
         np.testing.assert_allclose(resting, np.tile(posture, (len(resting), 1)), atol=1e-9)
 
 
@@ -77,7 +77,7 @@ def test_postures_tell_mass_and_centre_of_mass_of_a_payload_apart():
 
 
 def test_still_stays():
-    still = poses.Still(poses.POSTURES[0])
+    still = poses.HoldPosition(poses.POSTURES[0])
     still.advance(1.0)
     np.testing.assert_array_equal(still.q, poses.POSTURES[0])
     np.testing.assert_array_equal(still.qd, np.zeros(7))

@@ -9,7 +9,7 @@ pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.trajectories import (  # noqa: E402
-    MIRROR, PERIODS, RAMP, Reference, TRAJECTORIES)
+    MIRROR, PERIODS, RAMP, HandTrajectory, TRAJECTORIES)
 
 PERIOD = 0.01  # [s]
 MOVING = sorted(PERIODS)
@@ -17,7 +17,7 @@ MOVING = sorted(PERIODS)
 
 def follow(side, trajectory, seconds, period=PERIOD):
     """Return joint references q, qd (n, 7) every period [s], the first at the start."""
-    reference = Reference(side, trajectory)
+    reference = HandTrajectory(side, trajectory)
     rows = [(reference.q, reference.qd)]
     for _ in range(round(seconds / period)):
         reference.advance(period)
