@@ -4,13 +4,11 @@ import argparse
 from contextlib import ExitStack
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-
+from .console import progress, show_table
 from .loading import load_module
 from .options import add_recordings, add_seed
 from .outputs import output_file
+from .printing import say
 from .. import __version__
 from ..calibration.calibrate_robot import calibrate
 from ..calibration.calibration_results import Calibration
@@ -58,27 +56,26 @@ def main(args: argparse.Namespace) -> int:
         return load_module(f'{__package__}.plan', 'demo').main(args)
     if not args.bags:
         raise BaxterDynamicsError('name at least one recording, or --plan for how to make one')
-    console = Console()
     path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'))
     report = output_file('--output', path.with_suffix('.html'), ('.html',))
     values = read_parameters(args.params, args.arm) if args.params else {}
     if args.arm and values.get('arm', args.arm) != args.arm:
-        console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
-                      'and tilt belong to one arm', soft_wrap=True, highlight=False)
+        say(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
+            'and tilt belong to one arm')
     recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
                                  args.arm or values.get('arm'))
     with ExitStack() as stack:
         for recording in recordings:
             stack.enter_context(recording)
-        with console.status('') as status:
-            result = calibrate(recordings, values, args.inertial, args.payload,
-                               args.only, status.update)
+        with progress() as update:
+            result = calibrate(recordings, values, args.inertial, args.payload, args.only,
+                               lambda text: update(0.0, text))
     comments = _comments(result, args.command_line)
     write_calibration(report, result, args.command_line, path.name)
     write_parameters(path, result.values, comments)
-    _print(console, result)
-    console.print(f'parameters: {path}', soft_wrap=True, highlight=False)
-    console.print(f'report: {report}', soft_wrap=True, highlight=False)
+    _print(result)
+    say(f'parameters: {path}')
+    say(f'report: {report}')
     return 0
 
 
@@ -96,21 +93,16 @@ def _comments(result: Calibration, command: str) -> list[str]:
           else [])]
 
 
-def _print(console: Console, result: Calibration) -> None:
+def _print(result: Calibration) -> None:
     for warning in result.warnings:
-        console.print(f'warning: {warning}', soft_wrap=True, highlight=False)
+        say(f'warning: {warning}')
     if result.lag is not None:
-        console.print(f'velocity lag: {1e3 * result.lag.value:.1f} ms', highlight=False)
+        say(f'velocity lag: {1e3 * result.lag.value:.1f} ms')
     kind = 'parts of the recording' if result.by_time else 'recordings'
-    console.print(f'residual RMS [N m] on {kind} left out of the fit; what each term bought '
-                  'there, and where it was kept', soft_wrap=True, highlight=False)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column('with', no_wrap=True)
-    for joint in JOINTS:
-        table.add_column(joint, justify='right')
-    table.add_row('before', *(f'{x:.3f}' for x in result.rms_before))
-    for step in result.steps[1:]:
-        table.add_row('+ ' + step.term, *(f'{x:.3f}' if i in step.joints else '.'
-                                          for i, x in enumerate(step.rms)))
-    table.add_row('after', *(f'{x:.3f}' for x in result.rms_after), style='bold')
-    console.print(table)
+    say(f'residual RMS [N m] on {kind} left out of the fit, after adding each term to the '
+        'joints that it improves')
+    show_table(('term', *JOINTS), [
+        ('before', *(f'{x:.3f}' for x in result.rms_before)),
+        *(('+ ' + step.term, *(f'{x:.3f}' if i in step.joints else '.'
+                               for i, x in enumerate(step.rms))) for step in result.steps[1:]),
+        ('after', *(f'{x:.3f}' for x in result.rms_after))], bold_last=True)

@@ -5,12 +5,10 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-
+from .console import show_table
 from .options import add_recordings
 from .outputs import output_folder
+from .printing import say
 from .progress import watched
 from ..estimation.predictor import Prediction
 from ..model.exceptions import BaxterDynamicsError
@@ -45,14 +43,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
-    console = Console()
     folder = output_folder('--output', args.output)
     if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
     values = read_parameters(args.params, args.arm) if args.params else {}
     if args.arm and values.get('arm', args.arm) != args.arm:
-        console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
-                      'and tilt belong to one arm', soft_wrap=True, highlight=False)
+        say(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
+            'and tilt belong to one arm')
     recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
                                  args.arm or values.get('arm'))
     if not recordings:
@@ -67,7 +64,7 @@ def main(args: argparse.Namespace) -> int:
             writer = stack.enter_context(BagWriter(
                 Path(args.save_bag).expanduser(), reserved=(PREDICTED_EFFORT, EFFORT_RESIDUAL)))
         for recording in recordings:
-            with recording, watched(recording, console, writer) as played:
+            with recording, watched(recording, writer) as played:
                 sink = None if writer is None else _sink(writer, recording.arm)
                 evaluations.append(evaluator.evaluate(played, sink))
         # Within, so that there is no new bag without a report.
@@ -76,12 +73,12 @@ def main(args: argparse.Namespace) -> int:
             total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
         write_evaluation(folder, evaluations, total, args.command_line,
                          Path(args.params).name if args.params else 'defaults of the package')
-    _print(console, evaluations, total)
+    _print(evaluations, total)
     if writer is not None:
         for topic_, reason in writer.skipped.items():
-            console.print(f'not copied: {topic_}: {reason}', soft_wrap=True, highlight=False)
-        console.print(f'bag: {writer.path}', soft_wrap=True, highlight=False)
-    console.print(f'report: {folder / "report.html"}', soft_wrap=True, highlight=False)
+            say(f'not copied: {topic_}: {reason}')
+        say(f'bag: {writer.path}')
+    say(f'report: {folder / "report.html"}')
     return 0
 
 
@@ -103,23 +100,18 @@ def _sink(writer: BagWriter, arm: str) -> Callable[[Block, Prediction], None]:
     return write
 
 
-def _print(console: Console, evaluations: list[Evaluation], total: Total | Evaluation) -> None:
+def _print(evaluations: list[Evaluation], total: Total | Evaluation) -> None:
     for evaluation in evaluations:
         for warning in evaluation.warnings:
-            console.print(f'warning: {evaluation.name}: {warning}', soft_wrap=True,
-                          highlight=False)
+            say(f'warning: {evaluation.name}: {warning}')
     if not total.methods:
-        console.print('no valid effort: nothing to compare with', soft_wrap=True)
+        say('no valid effort: nothing to compare the prediction with')
         return
     errors = total.methods['lagrange_euler']
-    console.print(f'{errors.count} predictions compared; e = measured - predicted effort '
-                  '(Lagrange-Euler) [N m]', soft_wrap=True, highlight=False)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column('joint')
+    say(f'{errors.count} predictions compared; e = measured - predicted effort '
+        '(Lagrange-Euler) [N m]')
     columns = {'RMS': errors.rms, 'mean |e|': errors.mean_abs, 'signed mean': errors.signed_mean,
                'correlation': errors.correlation}
-    for title in columns:
-        table.add_column(title, justify='right')
-    for i, joint in enumerate(JOINTS):
-        table.add_row(joint, *(f'{column[i]:.3f}' for column in columns.values()))
-    console.print(table)
+    show_table(('joint', *columns), [
+        (joint, *(f'{column[i]:.3f}' for column in columns.values()))
+        for i, joint in enumerate(JOINTS)])

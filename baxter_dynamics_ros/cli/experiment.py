@@ -3,11 +3,10 @@
 import argparse
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import Progress
-
 from . import evaluate
+from .console import progress
 from .options import add_arm, add_seed, number
+from .printing import say
 from ..model.exceptions import BaxterDynamicsError
 from ..recordings.writer import BagWriter
 from ..simulation.recorder import record
@@ -45,12 +44,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Record a trajectory of the paper on the fake Baxter and evaluate the recording."""
-    console = Console()
     folder = new_folder(args.output or f'baxter_experiment_{args.trajectory}')
     robot = FakeBaxter(args.arm, args.trajectory, seed=args.seed)
     robot.advance(START_UP)
     duration = args.duration or whole_periods(args.trajectory)
-    record_bag(folder / BAG, robot, duration, args.rate, args.seed, console)
+    record_bag(folder / BAG, robot, duration, args.rate, args.seed)
     return evaluate.main(argparse.Namespace(
         bags=[folder / BAG], output=folder / REPORT, arm=args.arm, topic=None, params=None,
         save_bag=None, command_line=args.command_line))
@@ -61,8 +59,8 @@ def whole_periods(trajectory: str) -> float:
     return _SETTLING + _REPEATS[trajectory] * PERIODS[trajectory]
 
 
-def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed: int,
-               console: Console) -> None:
+def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float,
+               seed: int) -> None:
     """
     Record what a fake Baxter publishes from now on, and print one line about it.
 
@@ -78,8 +76,6 @@ def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed
         Joint states a second [Hz].
     seed : int
         Of the stamps' jitter.
-    console : Console
-        Where to print.
 
     Raises
     ------
@@ -88,15 +84,12 @@ def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed
 
     """
     count, start = 0, robot.time
-    with BagWriter(path) as bag, Progress(console=console, transient=True,
-                                          disable=not console.is_terminal) as progress:
-        task = progress.add_task('recording the fake Baxter', total=duration)
+    with BagWriter(path) as bag, progress(duration) as update:
         for stamp, names, position, velocity, effort in record(robot, duration, rate, seed):
             bag.joint_state(TOPIC, stamp, names, position, velocity, effort)
             count += names is JOINT_STATE_NAMES
-            progress.update(task, completed=robot.time - start)
-    console.print(f'recorded {count} joint states of {duration:.1f} s on {TOPIC}: {path}',
-                  soft_wrap=True, highlight=False)
+            update(robot.time - start, 'recording the fake Baxter')
+    say(f'recorded {count} joint states of {duration:.1f} s on {TOPIC}: {path}')
 
 
 def new_folder(output: str) -> Path:

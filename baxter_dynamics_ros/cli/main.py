@@ -2,11 +2,12 @@
 
 import argparse
 from collections.abc import Sequence
-import io
 import shlex
 import sys
+from typing import NoReturn
 
 from .loading import load_module
+from .printing import complain, printable
 from .. import __version__
 from ..model.exceptions import BaxterDynamicsError
 
@@ -23,6 +24,14 @@ VERBS = {
 }
 
 
+class _Parser(argparse.ArgumentParser):
+    """Argument parser that escapes unprintable characters in its errors."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and error, and exit with code 2."""
+        super().error(printable(message))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """
     Run a verb.
@@ -33,17 +42,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0, or 1 with the reason on stderr.
 
     """
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors='backslashreplace')  # file names may not be valid text
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
     except BaxterDynamicsError as error:
-        print(f'baxter_dynamics: {error}', file=sys.stderr)
+        complain(f'baxter_dynamics: {error}')
         return 1
     try:
         return args.main(args)
     except BaxterDynamicsError as error:
-        print(f'baxter_dynamics {args.verb}: {error}', file=sys.stderr)
+        complain(f'baxter_dynamics {args.verb}: {error}')
         return 1
     except KeyboardInterrupt:
         return 130
@@ -66,7 +73,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         If the arguments are wrong, or ask for help.
 
     """
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)

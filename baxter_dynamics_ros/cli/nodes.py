@@ -1,8 +1,7 @@
 """The node commands: report a missing library in one line."""
 
-import sys
-
 from .loading import load_module
+from .printing import complain
 from ..model.exceptions import BaxterDynamicsError
 
 
@@ -20,7 +19,7 @@ def _run(executable: str) -> int:
     try:
         return load_module(f'baxter_dynamics_ros.nodes.{executable}', 'ros').main()
     except BaxterDynamicsError as error:
-        print(f'{executable}: {error}', file=sys.stderr)
+        complain(f'{executable}: {error}')
         return 1
     except KeyboardInterrupt:  # while modules load, before the node handles signals
         return 0
