@@ -1,223 +1,214 @@
-"""Each page of the documents is worked through: its commands and programs run, its links lead."""
+"""
+The documentation agrees with the code: commands, programs, links, parameters, names.
 
-import os
+The commands that matter are run by their own tests: demo in nodes/test_demo.py, experiment,
+evaluate and calibrate in cli, the examples in test_examples.py, the installation in
+test_install.py.
+"""
 
-from document_setup import REPOSITORY
+import ast
+import importlib
+import inspect
+import json
+from pathlib import Path
+import re
+import xml.etree.ElementTree as ET
+
+import baxter_dynamics_ros
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.estimation.events import Event, REMEDIES
+from baxter_dynamics_ros.estimation.settings import SETTINGS
 import pytest
 
-for module in ('markdown_it', 'rclpy', 'baxter_dynamics_interfaces.srv', 'mujoco', 'pinocchio',
-               'rosbags', 'scipy', 'matplotlib', 'jinja2', 'rich', 'casadi'):
+for module in ('rclpy', 'mujoco', 'rosbags', 'rich', 'casadi', 'scipy', 'yaml'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[test]"')
 
-from document_checkout import checkout, launchers  # noqa: E402, I100
-from document_page import Page  # noqa: E402
-from document_spans import wrong  # noqa: E402
-from document_stand_ins import StandIns  # noqa: E402
-from markdown_blocks import anchors, blocks, commands, faults, INDENTED, links, words  # noqa: E402
+from baxter_dynamics_ros.cli.main import VERBS  # noqa: E402, I100
+from baxter_dynamics_ros.nodes import diagnostics, topics  # noqa: E402
+from baxter_dynamics_ros.recordings.parameter_file import read_parameters  # noqa: E402
+from document_commands import check, Failure  # noqa: E402
 
-PAGES = sorted(str(path.relative_to(REPOSITORY)) for pattern in (
-    '*.md', 'docs/**/*.md', 'examples/**/*.md', 'benchmarks/**/*.md')
-    for path in REPOSITORY.glob(pattern))
-
-
-def text_of(page):
-    """Return a page's text."""
-    return (REPOSITORY / page).read_text(encoding='utf-8')
+REPOSITORY = Path(__file__).resolve().parents[1]
+PAGES = {str(path.relative_to(REPOSITORY)): path.read_text(encoding='utf-8')
+         for pattern in ('*.md', 'docs/**/*.md') for path in sorted(REPOSITORY.glob(pattern))}
+ALL = '\n'.join(PAGES.values())
+BLOCK = re.compile(r'^( *)```(\w*)\n(.*?)^\1```', re.MULTILINE | re.DOTALL)
+PAGE = pytest.mark.parametrize('page', PAGES)
 
 
-pytestmark = pytest.mark.timeout(300)  # a page takes seconds, but may wait for what never comes
-
-# Commands that must not pass -> why.
-WRONG = {
-    'baxter_dynamics evaluat my_bag': "invalid choice: 'evaluat'",
-    'baxter_dynamics evaluate my_bag --arms right': 'unrecognized arguments',
-    'baxter_dynamics evaluate her_bag': 'her_bag: there is no such file',
-    'baxter_dynamics demo --durations 3': 'unrecognized arguments',
-    'baxter_dynamics calibrate --plan --seeds 3': 'unrecognized arguments',
-    'baxter_dynamics evaluate my_bag > log': '>: say in document_page.py what it does',
-    'rm -r report': 'rm: say in document_rules.py how it is run',
-    '.venv/bin/pip install "numpy[all]"': 'pip has no numpy[all]',
-    'pip install gone': 'pip has no gone',
-    "pip install '.[gone]'": 'pip has no .[gone]',
-    'colcon build --base-paths src/baxter_dynamics_ros/gone': 'there is no src/',
-    'python examples/gone.py': 'examples/gone.py: is not there',
-    'python benchmarks/model.py --fast': 'knows no --fast',
-    'python -m baxter_dynamics_ros.gone': 'No module named',
-    'pytest test/test_gone.py': 'there is no test_gone.py',
-    'pytest test/test_tables.py -k "gone or not test"': 'no test in test/test_tables.py is chosen',
-    'pytest --gone': 'unrecognized arguments: --gone',
-    'ros2 run baxter_dynamics_ros gone': 'gone',
-    'ros2 topic sing /robot/joint_states': 'sing',
-    'ros2 launch baxter_dynamics_ros gone.launch.xml': 'gone.launch.xml',
-    'fake_baxter --ros-args -p trajectory:=loop': 'has ended with exit code 1',
-    'ros2 run baxter_dynamics_ros torque_predictor --ros-args -p arm:=head': 'has ended with',
-}
-WRONG_BLOCKS = """
-```python
-first = 1
-```
-
-```python
-assert first == 2
-```
-
-```yaml
-/**:
-  ros__parameters:
-    arm: right
-    gone: 1.0
-```
-
-```json
-{1: 2}
-```
-
-```xml
-<a><b></a>
-```
-
-```
-unlabelled
-```
-
-and
-
-    indented
-"""
-FORM = """# One `x`, two
-
-## One x two
-
-| a | b |
-|---|---|
-| c |
-| `a \\| b` | b |
-
-<b>![](gone.png)
-"""
+def blocks(text, *kinds):
+    """Return the texts of the fenced blocks of some kinds."""
+    return [block for _, kind, block in BLOCK.findall(text) if kind in kinds]
 
 
-@pytest.fixture(scope='module')
-def reader(tmp_path_factory):
-    """Return a function that makes a page of a text, in a checkout of its own."""
-    folder = tmp_path_factory.mktemp('documents')
-    stand_ins = StandIns(tmp_path_factory.mktemp('stand_ins'))
-    path = None
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
-        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        patch.delenv('ROS_SECURITY_ENABLE', raising=False)
-
-        def page(name, text):
-            nonlocal path
-            root = checkout(REPOSITORY, folder / str(len(list(folder.iterdir()))))
-            path = path or launchers(tmp_path_factory.mktemp('path') / 'bin', root)
-            return Page(name, text, root, path, stand_ins)
-
-        yield page
+def prose(text):
+    """Return a text without its fenced blocks."""
+    return BLOCK.sub('', text)
 
 
-@pytest.mark.parametrize('page', PAGES)
-def test_everything_on_a_page_runs(reader, page):
-    failures = reader(page, text_of(page)).work_through()
-    assert not failures, '\n\n'.join(['', *failures])
+def shell_lines(text):
+    """Return the commands of the shell blocks, continuation lines joined, without comments."""
+    lines = '\n'.join(blocks(text, 'bash', 'sh')).replace('\\\n', ' ').splitlines()
+    return [re.sub(r'\s+#.*', '', line).removeprefix('$ ').strip() for line in lines
+            if line.strip() and not line.lstrip().startswith('#')]
 
 
-def lost(path):
-    """Return the links of a page that lead nowhere, a line each."""
-    found = []
-    for line, address, is_image, said in links(path.read_text(encoding='utf-8')):
-        name, _, anchor = address.partition('#')
-        target = path.parent / name if name else path
-        if name.startswith(('http://', 'https://', 'mailto:')):
+def slug(heading):
+    """Return the anchor that GitHub gives a heading."""
+    plain = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading).lower()
+    return re.sub(r'[^\w\- ]', '', plain).strip().replace(' ', '-')
+
+
+def anchors(text):
+    """Return the anchors of a page."""
+    return {slug(heading) for heading in re.findall(r'^#+ (.*)$', prose(text), re.MULTILINE)}
+
+
+def table_rows():
+    """Return the cells of all table rows: first cell without backticks, second cell."""
+    cells = [[cell.strip() for cell in re.split(r'(?<!\\)\|', line)[1:-1]]
+             for line in prose(ALL).splitlines() if line.startswith('| ')]
+    return [(row[0].strip('`'), row[1].strip('`')) for row in cells if len(row) > 1]
+
+
+@PAGE
+def test_commands_are_correct(page):
+    wrong = []
+    for line in shell_lines(PAGES[page]):
+        try:
+            check(line)
+        except (Failure, baxter_dynamics_ros.BaxterDynamicsError, SyntaxError) as error:
+            wrong.append(f'{line}: {error}')
+    assert not wrong, '\n'.join(wrong)
+
+
+@pytest.mark.parametrize('line', [
+    'baxter_dynamics evaluat my_bag', 'baxter_dynamics evaluate my_bag --arms right',
+    'cd x && baxter_dynamics demo --duration 1', 'rm -r report', "pip install '.[gone]'",
+    'pip install ./gone', 'colcon build --base-paths src/baxter_dynamics_ros/gone',
+    'python examples/gone.py', 'python benchmarks/model.py --fast',
+    'python -m baxter_dynamics_ros.gone', 'pytest test/test_gone.py', 'pytest -k "gone or not x"',
+    'ros2 run baxter_dynamics_ros gone', 'ros2 sing /robot', 'torque_predictor -p arm:=left',
+    'ros2 topic echo /torque_predictor/gone | head', 'torque_predictor --ros-args -p gone:=1',
+    'ros2 launch baxter_dynamics_ros gone.launch.xml',
+    'ros2 launch baxter_dynamics_ros torque_predictor.launch.xml gone:=1',
+    'FOO=1 ros2 run baxter_dynamics_ros torque_predictor --ros-args -p arm:=head'])
+def test_a_wrong_command_is_found(line):
+    with pytest.raises((Failure, baxter_dynamics_ros.BaxterDynamicsError)):
+        check(line)
+
+
+@PAGE
+def test_python_blocks_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in blocks(PAGES[page], 'python'):
+        exec(compile(block, page, 'exec'), names)
+
+
+@PAGE
+def test_data_blocks_are_valid(page, tmp_path):
+    for block in blocks(PAGES[page], 'json'):
+        json.loads(block)
+    for block in blocks(PAGES[page], 'xml'):
+        ET.fromstring(block)
+    for block in blocks(PAGES[page], 'yaml'):
+        if 'ros__parameters' in block:
+            (tmp_path / 'parameters.yaml').write_text(block)
+            read_parameters(tmp_path / 'parameters.yaml')
+
+
+@PAGE
+def test_links_lead_somewhere(page):
+    for target in re.findall(r'\]\(([^)\s]+)\)', prose(PAGES[page])):
+        if target.startswith(('http://', 'https://', 'mailto:')):
             continue
-        if not target.exists():
-            found.append(f'line {line}: there is no {name}')
-        elif anchor and anchor not in anchors(target.read_text(encoding='utf-8')):
-            found.append(f'line {line}: {target.name} has no heading #{anchor}')
-    return found
+        path, _, anchor = target.partition('#')
+        file = (REPOSITORY / page).parent / path if path else REPOSITORY / page
+        assert file.exists(), target
+        if anchor and file.suffix == '.md':
+            assert anchor in anchors(file.read_text(encoding='utf-8')), target
 
 
-@pytest.mark.parametrize('page', PAGES)
-def test_a_page_is_in_good_form(page):
-    found = [*faults(text_of(page)), *lost(REPOSITORY / page), *wrong(text_of(page), REPOSITORY)]
-    assert not found, '\n'.join([page, *found])
+def test_images_have_a_description_and_every_figure_is_shown():
+    images = re.findall(r'!\[([^\]]*)\]\(([^)]+)\)', ALL)
+    assert images and all(len(text.split()) >= 4 for text, _ in images)
+    assert {path.name for path in (REPOSITORY / 'docs' / 'figures').iterdir()} <= {
+        Path(target).name for _, target in images}
 
 
-def shell(*lines):
-    """Return a page with commands, the first of which is on its second line."""
-    return '\n'.join(['```bash', *lines, '```'])
+@pytest.mark.parametrize('setting', SETTINGS, ids=lambda setting: setting.name)
+def test_each_parameter_is_documented_with_its_default(setting):
+    defaults = [default for name, default in table_rows() if name == setting.name]
+    assert defaults
+    if isinstance(setting.default, (bool, str)):
+        assert str(setting.default).replace('True', 'true').replace('False', 'false') in defaults
+    elif isinstance(setting.default, (int, float)):
+        assert f'{setting.default:g}' in [default.replace('−', '-') for default in defaults]
 
 
-def test_a_block_is_found_with_its_kind_and_line_and_commands_with_theirs():
-    text = """- a list
-
-  ```bash
-  a '# b' c#d \\
-    -e  # don't
-  # no
-
-  f
-  ```
-"""
-    (block,) = blocks(text)
-    assert (block.kind, block.line) == ('bash', 4)
-    assert [(each.line, words(each.text)) for each in commands(block)] == [
-        (4, ['a', '# b', 'c#d', '-e']), (8, ['f'])]
-    assert [(each.kind, each.line) for each in blocks(WRONG_BLOCKS)] == [
-        ('python', 3), ('python', 7), ('yaml', 11), ('json', 18), ('xml', 22), ('', 26),
-        (INDENTED, 31)]
+def test_no_parameter_is_documented_that_does_not_exist():
+    groups = {setting.name.partition('.')[0] for setting in SETTINGS if '.' in setting.name}
+    documented = {name for name, _ in table_rows() if re.fullmatch(r'[a-z_]+\.[a-z_]+', name)
+                  and name.partition('.')[0] in groups}
+    assert documented <= {setting.name for setting in SETTINGS}
 
 
-def test_what_a_command_does_wrong_is_told_with_its_line(reader):
-    failures = reader('a page', shell(*WRONG)).work_through()
-    found = {int(failure.split(':')[1]): failure for failure in failures}
-    for line, (command, problem) in enumerate(WRONG.items(), 2):
-        assert found[line].startswith(f'a page:{line}: {command}\n'), found[line]
-        assert problem in found[line]
-    assert len(failures) == len(WRONG)
+def test_events_and_diagnostics_are_documented():
+    for event in Event:
+        assert f'`{event.value}`' in ALL, event
+    rows = {name for name, _ in table_rows()}
+    for message in (*diagnostics.SAYS.values(), *REMEDIES.values()):
+        message = re.sub(r'^; ', '…; ', re.sub(r'\{[^}]*\}', '…', message))
+        assert message in rows, message
 
 
-def test_silence_is_a_failure(reader):
-    page = reader('a page', shell(
-        'ros2 topic echo /gone', 'ros2 service call /gone std_srvs/srv/Trigger'))
-    page.need_robot = lambda: None
-    page.environment['ROS2_STAND_IN_WAIT'] = '1'
-    assert ['within 1 s' in failure for failure in page.work_through()] == [True, True]
+def test_topics_services_and_commands_are_documented():
+    for name in (topics.JOINT_STATES, topics.DIAGNOSTICS, topics.RESET, topics.PREDICTED_EFFORT,
+                 topics.EFFORT_RESIDUAL, topics.EXTERNAL_EFFORT, topics.EXTERNAL_WRENCH,
+                 topics.CONTACT, topics.GRAVITY_TORQUES, topics.INVERSE_DYNAMICS):
+        assert re.search(rf'`[^`\n]*{re.escape(name)}`', ALL), name
+    for verb in VERBS:
+        assert f'baxter_dynamics {verb}' in ALL, verb
 
 
-def test_what_is_wrong_with_a_block_is_told_with_its_line(reader):
-    page = reader('a page', WRONG_BLOCKS)
-    failures = dict(failure.split(': ', 1) for failure in page.work_through())
-    for line, problem in ((3, 'line 7, in <module>'), (11, 'gone'), (18, 'property name'),
-                          (22, 'mismatched tag'), (26, 'say what it is'), (31, 'say what it is')):
-        assert problem in failures.pop(f'a page:{line}')
-    assert not failures
+def test_the_public_interface_is_documented():
+    page = PAGES['docs/api.md']
+    for name in baxter_dynamics_ros.__all__:
+        assert re.search(rf'`[^`\n]*\b{name}\b', page), name
+    for name, method in inspect.getmembers(BaxterArm, inspect.isfunction):
+        if not name.startswith('_'):
+            arguments = ', '.join(list(inspect.signature(method).parameters)[1:])
+            assert f'`{name}({arguments})`' in page, name
 
 
-def test_faults_of_form_are_found():
-    assert anchors(FORM) == ['one-x-two', 'one-x-two']
-    assert faults(FORM) == [
-        'two headings with the anchor #one-x-two', 'line 7: 1 cells in a table of 2 columns',
-        'line 10: HTML: <b>', 'line 10: no text for gone.png']
+def test_dotted_names_exist():
+    for name in set(re.findall(r'`(baxter_dynamics_ros(?:\.\w+)+)', prose(ALL))):
+        module, _, attribute = name.rpartition('.')
+        assert (hasattr(importlib.import_module(module), attribute)
+                or importlib.util.find_spec(name)), name
 
 
-def test_links_that_lead_nowhere_are_found(tmp_path):
-    page = tmp_path / 'page.md'
-    page.write_text('# A b\n\n[x](#a-b) [x](page.md#a-b) [x](https://example.org/#c)\n'
-                    '![x](gone.png)\n\n[x](#c)\n[x](page.md#c)\n')
-    assert lost(page) == ['line 3: there is no gone.png', 'line 6: page.md has no heading #c',
-                          'line 6: page.md has no heading #c']
+def test_files_named_in_backticks_exist():
+    for name in set(re.findall(
+            r'`((?:docs|test|config|launch|examples|benchmarks|tools)/[\w./-]+\.\w+)`',
+            prose(ALL))):
+        assert (REPOSITORY / name).exists(), name
 
 
-@pytest.mark.parametrize('code, problem', [
-    ('baxter_dynamics experiment lop', 'invalid choice'),
-    ('python docs/gone.py', 'there is no docs/gone.py'),
-    ('python benchmarks/model.py --gone', 'knows no --gone'),
-    ('python -m baxter_dynamics_ros.gone', 'there is no baxter_dynamics_ros.gone'),
-    ('ros2 run baxter_dynamics_ros gone', 'there is no executable gone'),
-    ("pip install '.[gone]'", 'pip has no')])
-def test_a_command_within_a_sentence_could_be_run(code, problem):
-    (found,) = wrong(f'One calls\n`{code}`.\n', REPOSITORY)
-    assert found.startswith(f'line 1: `{code}`: ') and problem in found
-    assert wrong('`baxter_dynamics evaluate BAG`, `rm x`, `python x`', REPOSITORY) == []
+def test_quoted_messages_are_those_of_the_code():
+    """In the first column of the troubleshooting tables; … stands for what varies."""
+    texts = ' '.join(node.value for path in (REPOSITORY / 'baxter_dynamics_ros').rglob('*.py')
+                     for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+                     if isinstance(node, ast.Constant) and isinstance(node.value, str))
+    cells = [line.split(' | ')[0] for line in PAGES['docs/troubleshooting.md'].splitlines()
+             if line.startswith('| ')]
+    quoted = [text for cell in cells for text in re.findall(r'`([^`]+)`', cell)
+              if len(text.split()) > 2 and not text.startswith(('ros2 ', 'payload.'))]
+    for text in quoted:
+        assert all(piece.strip(' :') in texts for piece in text.split('…')), text
+
+
+def test_continuous_integration_finds_its_command_in_the_readme():
+    assert re.search(r'^python3 -m venv .*pytest', PAGES['README.md'], re.MULTILINE)
+    assert 'README.md' in (REPOSITORY / '.ci' / 'run').read_text(encoding='utf-8')

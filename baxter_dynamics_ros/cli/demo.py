@@ -1,5 +1,6 @@
-"""The demo: a fake Baxter and the predictor, seen from outside through their topics."""
+"""The demo: a fake Baxter and the predictor, observed through their topics."""
 
+import argparse
 import os
 from pathlib import Path
 import signal
@@ -11,13 +12,12 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.progress import Progress
-from rich.table import Table
 from sensor_msgs.msg import JointState
 
+from .console import progress, show_table
+from .options import add_arm, number
 from .plots import plot_effort
+from .printing import complain, say
 from .processes import NodeProcess
 from ..estimation.joint_selection import Intake
 from ..estimation.settings import PredictorSettings
@@ -34,7 +34,7 @@ _SERVICE = 10.0  # [s] to wait for an answer
 
 
 class Observer(Node):
-    """Subscribes to what any user would, and remembers it."""
+    """Subscriber to the topics of the demo; keeps all messages."""
 
     def __init__(self) -> None:
         super().__init__('observer', namespace=NAMESPACE)
@@ -58,55 +58,47 @@ class Observer(Node):
         return future.result()
 
 
-def run(arm: str, duration: float, output: str) -> int:
-    """
-    Run the demo and print what it shows.
+DESCRIPTION = (
+    'Start a fake Baxter and the predictor as separate processes, compare the predicted with '
+    'the measured effort, call both services, and save a figure.')
 
-    Parameters
-    ----------
-    arm : str
-        'right' or 'left'.
-    duration : float
-        How long to look [s].
-    output : str
-        Path of the picture.
 
-    Returns
-    -------
-    int
-        Exit code: 0, or 143 where the demo was terminated.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics demo``."""
+    parser.add_argument('--duration', type=number(2, 3600, 'seconds'), default=20.0,
+                        metavar='SECONDS',
+                        help='duration of the comparison (default: %(default)g)')
+    parser.add_argument('--output', default='baxter_dynamics_demo.png', metavar='FILE',
+                        help='figure to save: .png, .pdf or .svg (default: %(default)s)')
+    add_arm(parser)
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If no prediction arrives, or the picture cannot be saved.
 
-    """
-    picture = _writable(output)
+def main(args: argparse.Namespace) -> int:
+    """Run the demo and print the comparison."""
+    picture = _writable(args.output)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    console = Console()
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
-              f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={arm}']
+              f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']
     rclpy.init(args=[])
     try:
         with NodeProcess('fake_baxter', common) as baxter, \
                 NodeProcess('torque_predictor', common) as predictor:
             observer = Observer()
             _await_prediction(observer, [baxter, predictor])
-            _watch(observer, duration, console)
+            _watch(observer, args.duration)
             answers = _call_services(observer)
             if len(observer.residual) < 2:
-                raise BaxterDynamicsError('predictions arrived, but no residuals:\n'
-                                          + predictor.output.strip())
+                _print_output([predictor])
+                raise BaxterDynamicsError('predictions arrived, but no residuals')
     except ExternalShutdownException:
         return 128 + signal.SIGTERM
     finally:
         rclpy.try_shutdown()
-    series = _series(observer, arm)
-    _print_comparison(console, series)
-    _print_services(console, answers)
-    plot_effort(picture, series, f"Fake Baxter, {arm} arm, the paper's trajectory 3(a)")
-    console.print(f'picture: {picture}', soft_wrap=True)
+    series = _series(observer, args.arm)
+    _print_comparison(series)
+    _print_services(answers)
+    plot_effort(picture, series, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
+    say(f'picture: {picture}')
     return 0
 
 
@@ -127,26 +119,30 @@ def _await_prediction(observer: Observer, processes: list[NodeProcess]) -> None:
         rclpy.spin_once(observer, timeout_sec=0.1)
         for process in processes:
             if process.exit_code is not None:
+                _print_output([process])
                 raise BaxterDynamicsError(
-                    f'{process.executable} ended with exit code {process.exit_code}:\n'
-                    + process.output.strip())
+                    f'{process.executable} ended with exit code {process.exit_code}')
         if time.monotonic() > limit:
-            said = '\n'.join(process.output.strip() for process in processes)
-            raise BaxterDynamicsError(
-                f'no prediction within {_FIRST_PREDICTION:.0f} s, '
-                f'{len(observer.measured)} joint states seen. The nodes said:\n{said}')
+            _print_output(processes)
+            raise BaxterDynamicsError(f'no prediction within {_FIRST_PREDICTION:.0f} s, '
+                                      f'{len(observer.measured)} joint states received')
 
 
-def _watch(observer: Observer, duration: float, console: Console) -> None:
+def _print_output(processes: list[NodeProcess]) -> None:
+    for process in processes:
+        for line in process.output.strip().splitlines():
+            complain(f'{process.executable}: {line}')
+
+
+def _watch(observer: Observer, duration: float) -> None:
     observer.measured.clear()
     observer.predicted.clear()
     observer.residual.clear()
     start = time.monotonic()
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task('watching the residual', total=duration)
+    with progress(duration) as update:
         while (elapsed := time.monotonic() - start) < duration:
             rclpy.spin_once(observer, timeout_sec=0.1)
-            progress.update(task, completed=elapsed)
+            update(elapsed, 'recording the residual')
 
 
 def _call_services(observer: Observer) -> dict[str, Any]:
@@ -203,26 +199,21 @@ def _first_difference(messages: list[JointState], arm: str) -> tuple[Indices, Ar
     return stamps[1:], effort - settings.effort_model.effort(tau, q, qd, qdd)
 
 
-def _print_comparison(console: Console, series: dict[str, Array]) -> None:
-    console.print(f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s. RMS [N m]; '
-                  'residual = measured - predicted;\nlast column: the same with the '
-                  "paper's first difference", soft_wrap=True, highlight=False)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column('joint')
+def _print_comparison(series: dict[str, Array]) -> None:
+    say(f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s. RMS [N m]; '
+        'residual = measured - predicted effort;',
+        "last column: residual with the acceleration as the paper's first difference")
     columns = {'measured': 'measured', 'predicted': 'predicted', 'residual': 'residual',
                'first difference': 'first_difference_residual'}
-    for title in columns:
-        table.add_column(title, justify='right')
     rms = [np.sqrt(np.mean(series[key] ** 2, axis=0)) for key in columns.values()]
-    for i, joint in enumerate(JOINTS):
-        table.add_row(joint, *(f'{column[i]:.3f}' for column in rms))
-    console.print(table)
+    show_table(('joint', *columns), [(joint, *(f'{column[i]:.3f}' for column in rms))
+                                     for i, joint in enumerate(JOINTS)])
 
 
-def _print_services(console: Console, answers: dict[str, Any]) -> None:
+def _print_services(answers: dict[str, Any]) -> None:
     if not answers:
-        console.print('services: off, for baxter_dynamics_interfaces is not installed: '
-                      'pip install ./baxter_dynamics_interfaces')
+        say('services: not available, because baxter_dynamics_interfaces is not installed: '
+            'pip install ./baxter_dynamics_interfaces')
         return
     for name, answer in answers.items():
         if answer is None or not answer.success:
@@ -232,11 +223,6 @@ def _print_services(console: Console, answers: dict[str, Any]) -> None:
                   {'torque': answer.torque.effort, 'inertial': answer.inertial,
                    'coriolis': answer.coriolis, 'gravity': answer.gravity})
         fields['actuator_effort'] = answer.actuator_effort
-        console.print(f'service {name} [N m]: {answer.message}', soft_wrap=True, highlight=False)
-        table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-        table.add_column('', no_wrap=True)
-        for joint in JOINTS:
-            table.add_column(joint, justify='right')
-        for field, values in fields.items():
-            table.add_row(field, *(f'{value:.3f}' for value in values))
-        console.print(table)
+        say(f'service {name} [N m]: {answer.message}')
+        show_table(('', *JOINTS), [(field, *(f'{value:.3f}' for value in values))
+                                   for field, values in fields.items()])

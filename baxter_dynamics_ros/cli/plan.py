@@ -1,11 +1,12 @@
-"""What to move a robot by for a calibration: the exciting trajectory, described and tried."""
+"""The exciting trajectory for a calibration: described, run on the fake Baxter, and written."""
+
+import argparse
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
 
+from .console import show_table
 from .experiment import BAG, new_folder, record_bag
+from .printing import say
 from ..model.joints import joint_names
 from ..simulation.exciting_trajectory import DURATION, motion, series
 from ..simulation.plan_file import write_plan
@@ -16,58 +17,28 @@ _RATE = 100.0  # of the recording [Hz]
 _REST = 1.0  # [s] recorded after the end, until the arm has come to rest
 
 
-def run_plan(output: str, arm: str, seed: int) -> int:
-    """
-    Describe the exciting trajectory, record it on the fake Baxter, and write it as a file.
-
-    Parameters
-    ----------
-    output : str
-        Folder, new or empty: ``bag`` and ``plan.csv`` go there. The file is for a person to play
-        by the Baxter SDK; nothing here moves a robot.
-    arm : str
-        'right' or 'left'.
-    seed : int
-        Of the fake Baxter's noise.
-
-    Returns
-    -------
-    int
-        Exit code 0.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the folder is not empty or cannot be written.
-
-    """
-    console = Console()
-    folder = new_folder(output)
-    _describe(console, arm)
-    record_bag(folder / BAG, FakeBaxter(arm, 'exciting', seed=seed), DURATION + _REST, _RATE,
-               seed, console)
+def main(args: argparse.Namespace) -> int:
+    """Print the exciting trajectory, record it on the fake Baxter, and write it as a file."""
+    folder = new_folder(args.output or 'baxter_plan')
+    arm = args.arm or 'right'
+    _describe(arm)
+    record_bag(folder / BAG, FakeBaxter(arm, 'exciting', seed=args.seed), DURATION + _REST, _RATE,
+               args.seed)
     write_plan(folder / PLAN, arm)
-    console.print(f"for the SDK's joint_trajectory_file_playback.py: {folder / PLAN}\n"
-                  'Keep 1.2 m around the arm free, and bring both arms to the first line '
-                  "before: the player's way there takes no care of anything.",
-                  soft_wrap=True, highlight=False)
+    say(f"for the SDK's joint_trajectory_file_playback.py: {folder / PLAN}",
+        'Keep 1.2 m around the arm free, and move both arms to the first waypoint by hand: '
+        'the player does not check its own move there for collisions.')
     return 0
 
 
-def _describe(console: Console, arm: str) -> None:
+def _describe(arm: str) -> None:
     t = np.arange(0.0, DURATION, 0.01)
     q, qd, qdd = motion(series(arm), t)
     turns = (np.diff(np.sign(qd[1:]), axis=0) != 0).sum(axis=0)
-    console.print(f'the exciting trajectory, {DURATION:g} s, from rest to rest',
-                  soft_wrap=True, highlight=False)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column('joint', no_wrap=True)
+    say(f'exciting trajectory, {DURATION:g} s, from rest to rest')
     columns = {'from, rad': q.min(axis=0), 'to, rad': q.max(axis=0),
                'speed, rad/s': np.abs(qd).max(axis=0),
                'acceleration, rad/s²': np.abs(qdd).max(axis=0)}
-    for title in (*columns, 'turns round'):
-        table.add_column(title, justify='right')
-    for i, joint in enumerate(joint_names(arm)):
-        table.add_row(joint, *(f'{column[i]:.2f}' for column in columns.values()),
-                      str(turns[i]))
-    console.print(table)
+    show_table(('joint', *columns, 'reversals'), [
+        (joint, *(f'{column[i]:.2f}' for column in columns.values()), str(turns[i]))
+        for i, joint in enumerate(joint_names(arm))])

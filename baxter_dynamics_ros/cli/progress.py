@@ -3,9 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
-from rich.progress import Progress
-
+from .console import progress
 from ..recordings.bags import BagRecording
 from ..recordings.playback import Message, Recording
 from ..recordings.reader import ArrayRecording
@@ -31,7 +29,7 @@ class _Watched:
 
 
 @contextmanager
-def watched(recording: BagRecording | ArrayRecording, console: Console,
+def watched(recording: BagRecording | ArrayRecording,
             writer: BagWriter | None = None) -> Iterator[_Watched]:
     """
     Show a bar while an open recording is read.
@@ -40,8 +38,6 @@ def watched(recording: BagRecording | ArrayRecording, console: Console,
     ----------
     recording : BagRecording or ArrayRecording
         Open.
-    console : Console
-        Where to; nothing is shown where it is no terminal.
     writer : BagWriter, optional
         Gets a copy of all that is read.
 
@@ -53,6 +49,5 @@ def watched(recording: BagRecording | ArrayRecording, console: Console,
     def messages() -> Iterator[Message]:
         return iter(recording) if writer is None else recording.copied_to(writer)
 
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task(recording.name, total=recording.count)
-        yield _Watched(recording, messages, lambda i: progress.update(task, completed=i))
+    with progress(recording.count) as update:
+        yield _Watched(recording, messages, lambda i: update(i, recording.name))

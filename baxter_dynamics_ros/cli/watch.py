@@ -1,213 +1,290 @@
-"""The command that watches a predictor: live in a terminal, as lines, or once."""
+"""The watch command: shows a running predictor in the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import argparse
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import io
 import math
 import os
 from pathlib import Path
+import re
+import select
 import signal
 import sys
+import termios
 import time
-from types import FrameType
+import tty
+from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
+from .options import add_arm, number
 from .outputs import output_file
-from .watch_bars import BLOCKS, Glyphs, glyphs
-from .watch_listener import Listener
-from .watch_terminal import Keys, keys, save_picture, suspension
-from .watch_view import Canvas, view
-from .watch_words import summary
+from .printing import printable, say, write
+from .watch_data import Predictor
+from .watch_view import line, view
 from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import SIDES
+from ..nodes import topics
 
-ONCE_WAITS = 10.0  # [s] by default
-_ENOUGH = 1.1  # [s] of messages, after which diagnostics and rates are known, too
-_ROBOT = 2.0  # [s] to find the robot, too; it may be on another topic
-_LOOK = 0.05  # [s] between two looks at what has come, when nothing is drawn
-_LINE_EVERY = 1.0  # [s]
+_GRACE = 2.0  # [s] before a missing predictor is reported
+_WAIT = 10.0  # [s] that --once waits by default
+_ENOUGH = 1.2  # [s] of predictions until rates and diagnostics are known
+_LINE_PERIOD = 1.0  # [s]
+_DISCOVERY_PERIOD = 0.5  # [s]
+_PREDICTED = '/' + topics.PREDICTED_EFFORT
+
+_Receive = Callable[[Any, float], None]
+
+DESCRIPTION = (
+    'Show the output of a running torque_predictor: measured and predicted effort, residual, '
+    'external effort, contact, rates and diagnostics. Prints one line per second where the output '
+    'is not a terminal. q or Ctrl-C quits.')
 
 
-def run(predictor: str, arm: str | None, topic: str, rate: float, duration: float | None,
-        once: bool, save: str | None) -> int:
-    """
-    Watch a predictor.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics watch``."""
+    parser.add_argument('--node', default='/torque_predictor', metavar='NAME',
+                        help='name of the predictor with its namespace (default: %(default)s)')
+    add_arm(parser, 'show this arm only', None)
+    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
+                        help='topic of the joint states (default: %(default)s)')
+    parser.add_argument('--rate', type=number(0.2, 30, 'Hz'), default=5.0, metavar='HZ',
+                        help='screen updates per second (default: %(default)g)')
+    parser.add_argument('--duration', type=number(0.5, 86400, 'seconds'), metavar='SECONDS',
+                        help='stop after this time (default: run until Ctrl-C); with --once, the '
+                        'longest time to wait (default: 10)')
+    parser.add_argument('--once', action='store_true',
+                        help='wait for data, print it once and exit; exit code 1 if none arrives')
+    parser.add_argument('--save', metavar='FILE.svg',
+                        help='save the last view as an SVG figure')
 
-    Parameters
-    ----------
-    predictor : str
-        Its name with its namespace.
-    arm : str or None
-        The only arm to show.
-    topic : str
-        The robot's joint states.
-    rate : float
-        Pictures a second.
-    duration : float or None
-        How long [s]; with ``once``, how long to wait at most.
-    once : bool
-        Whether to print one view, and no more.
-    save : str or None
-        The file for a picture of what is shown last.
 
-    Returns
-    -------
-    int
-        Exit code: 0, or 143 where it was terminated.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If nothing arrives and only one view was asked for, a name is none, or the picture or the
-        output cannot be written.
-
-    """
-    picture = output_file('--save', save, ('.svg',)) if save else None
-    console = Console(highlight=False)
-    try:
-        with _termination(), _listener(predictor, arm, topic) as listener:
-            watcher = _Watcher(listener, arm, console)
-            try:
-                if once:
-                    watcher.once(ONCE_WAITS if duration is None else duration)
-                elif (sys.stdout is not None and sys.stdout.isatty()
-                        and not console.is_dumb_terminal):
-                    watcher.live(1.0 / rate, math.inf if duration is None else duration)
-                else:
-                    watcher.lines(math.inf if duration is None else duration)
-            except (KeyboardInterrupt, _Terminated):
-                if not once:  # the usual end
-                    watcher.save(picture)
-                raise
+def main(args: argparse.Namespace) -> int:
+    """Show a predictor live, as lines or once."""
+    picture = output_file('--save', args.save, ('.svg',)) if args.save else None
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    duration = args.duration or (_WAIT if args.once else math.inf)
+    interruption: BaseException | None = None
+    with _node() as node:
+        watcher = _Watcher(node, args.node, args.topic, args.arm)
+        try:
+            if args.once:
+                watcher.once(duration)
+            elif sys.stdout is not None and sys.stdout.isatty():
+                watcher.live(1.0 / args.rate, duration)
+            else:
+                watcher.lines(duration)
+        except (KeyboardInterrupt, SystemExit) as error:
+            interruption = error
+        if picture is not None:
             watcher.save(picture)
-    except _Terminated:
-        return 128 + signal.SIGTERM
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):  # whoever read our lines has had enough
-            return 128 + signal.SIGPIPE
-        raise BaxterDynamicsError(f'the output cannot be written ({error.strerror})') from None
+    if interruption is not None:
+        raise interruption
     return 0
 
 
 class _Watcher:
-    """What the listener hears, in one of the three forms."""
+    """Subscribes to the predictors of a name, and shows them."""
 
-    def __init__(self, listener: Listener, arm: str | None, console: Console) -> None:
-        self._listener = listener
-        self._arm = arm
-        self._console = console
-        self._glyphs = glyphs(console.encoding)
+    def __init__(self, node: Node, name: str, joint_states: str, side: str | None) -> None:
+        self._node = node
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        self._name = '/' + name.strip('/')
+        self._topic = joint_states
+        self._side = side
+        self._predictors: dict[str, Predictor] = {}
+        self._others: set[str] = set()  # predictors of other names
+        self._started = time.monotonic()
+        self._discovered = -math.inf  # monotonic time of the last discovery [s]
+        self._console = Console(markup=False, highlight=False, emoji=False)
+        _validate('--node', self._name)
+        _validate('--topic', joint_states)
+        self._subscribe(JointState, joint_states, self._to_all(Predictor.receive_joint_state))
+        self._subscribe(DiagnosticArray, topics.DIAGNOSTICS,
+                        self._to_all(Predictor.receive_diagnostics))
 
     def live(self, period: float, duration: float) -> None:
-        until = time.monotonic() + duration
-        with suspension(self._console), keys() as pressed, Live(
-                console=self._console, screen=True, auto_refresh=False,
-                redirect_stdout=False, redirect_stderr=False) as screen:
-            for now in _ticks(period, until, pressed):
-                self._listener.listen(now)
-                width, height = self._console.size
-                screen.update(Group(*self._view(now, width, height)), refresh=True)
+        """Redraw the view until the duration is over or q is pressed."""
+        with _keyboard() as is_quit, Live(console=self._console, screen=True,
+                                          auto_refresh=False) as screen:
+            for now in self._ticks(period, duration, is_quit):
+                screen.update(self._view(now), refresh=True)
 
     def lines(self, duration: float) -> None:
-        start = time.monotonic()
-        with keys() as pressed:
-            due = start + _LINE_EVERY
-            for now in _ticks(_LOOK, start + duration, pressed):
-                self._listener.listen(now)
-                if now >= due:
-                    due += _LINE_EVERY
-                    self._print_lines(now)
+        """Print a line per second and arm."""
+        with _keyboard() as is_quit:
+            for now in self._ticks(_LINE_PERIOD, duration, is_quit):
+                clock = time.strftime('%H:%M:%S')
+                if now > self._started + 0.5 * _LINE_PERIOD:
+                    problem = self._problem(now)
+                    say(*([f'{clock} {problem}'] if problem else
+                          [f'{clock} {line(each, now)}' for each in self._shown(now)]))
 
-    def once(self, patience: float) -> None:
-        start = time.monotonic()
-        predicted = enough = math.inf
-        for now in _ticks(_LOOK, start + patience, Keys(None)):
-            self._listener.listen(now)
-            if self._listener.missing(now) is None:
-                predicted = min(predicted, now)
-            robot = self._listener.watched.inputs.values()
-            if now >= predicted and (now >= predicted + _ROBOT
-                                     or any(series.is_live(now) for series in robot)):
+    def once(self, duration: float) -> None:
+        """
+        Print the view once data has arrived.
+
+        Raises
+        ------
+        BaxterDynamicsError
+            If none arrives.
+
+        """
+        enough = math.inf
+        for now in self._ticks(0.1, duration, lambda: False):
+            if any(each.predicted.newest(now) for each in self._shown(now)):
                 enough = min(enough, now + _ENOUGH)
-            if now >= enough:
+            if now >= enough and all(each.diagnostics(now) for each in self._shown(now)):
                 break
-        now = time.monotonic()
-        if missing := self._listener.missing(now):
-            raise BaxterDynamicsError(f'nothing within {patience:g} s: {missing}')
-        for line in self._view(now, self._console.width, None):
-            self._console.print(line, soft_wrap=True)
+        if problem := self._missing(now):
+            raise BaxterDynamicsError(f'no data within {duration:g} s: {problem}')
+        with self._console.capture() as capture:
+            self._console.print(self._view(now))
+        write(capture.get())
 
-    def save(self, picture: Path | None) -> None:
-        if picture is None:
-            return
-        now = time.monotonic()
-        self._listener.listen(now)
-        width = self._console.width
-        save_picture(picture, self._view(now, width, None, drawn=BLOCKS), width,
-                     'baxter_dynamics watch')
-        self._console.print(f'picture: {picture}', soft_wrap=True)
+    def save(self, picture: Path) -> None:
+        """Save the view as an SVG figure that refers to no font on the web."""
+        console = Console(record=True, file=io.StringIO(), width=self._console.width,
+                          force_terminal=True, color_system='truecolor')
+        console.print(self._view(time.monotonic()))
+        svg = re.sub(r'@font-face {.*?}\n', '', console.export_svg(title='baxter_dynamics watch'),
+                     flags=re.DOTALL)
+        try:
+            picture.write_text(svg, encoding='utf-8')
+        except OSError as error:
+            raise BaxterDynamicsError(
+                f'--save: {picture} cannot be written ({error.strerror})') from None
+        say(f'figure: {picture}')
 
-    def _view(self, now: float, width: int, height: int | None,
-              drawn: Glyphs | None = None) -> list[Text]:
-        title = (f'{self._listener.predictor}  {time.strftime("%H:%M:%S")}'
-                 f'  ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0}')
-        return view(self._listener.watched, self._arm, title, self._listener.missing(now), now,
-                    Canvas(width, height, drawn or self._glyphs))
+    def _view(self, now: float) -> Group:
+        problem = self._problem(now)
+        heading = [Text(printable(problem), 'bold yellow')] if problem else []
+        return Group(*heading, *(view(each, now) for each in self._shown(now)))
 
-    def _print_lines(self, now: float) -> None:
-        watched = self._listener.watched
-        clock = time.strftime('%H:%M:%S')
-        lines = [summary(watched, arm, now) for arm in watched.shown(self._arm)]
-        if missing := self._listener.missing(now):
-            lines = [missing]
-        for line in lines:
-            print(f'{clock} {line}', flush=True)
+    def _ticks(self, period: float, duration: float,
+               is_quit: Callable[[], bool]) -> Iterator[float]:
+        """Receive messages; yield the monotonic time [s] every period."""
+        due = time.monotonic()
+        end = due + duration
+        while True:
+            if due - self._discovered >= _DISCOVERY_PERIOD:
+                self._discovered = due
+                self._discover()
+            yield (now := time.monotonic())
+            if now >= end:
+                return
+            due = min(max(due + period, now), end)
+            while (left := due - time.monotonic()) > 0.0:
+                self._executor.spin_once(timeout_sec=min(left, 0.1))
+                if is_quit():
+                    return
 
+    def _discover(self) -> None:
+        """Subscribe to new predictors of our name, also of one arm each."""
+        namespace, _, name = self._name.rpartition('/')
+        ours = {self._name, *(f'{self._name}/{side}' for side in SIDES),
+                *(f'{namespace}/{side}/{name}' for side in SIDES)}
+        there = {topic.removesuffix(_PREDICTED)
+                 for topic, _ in self._node.get_topic_names_and_types()
+                 if topic.endswith(_PREDICTED) and self._node.count_publishers(topic)}
+        self._others = there - ours
+        for found in sorted(there & ours - self._predictors.keys()):
+            self._predictors[found] = predictor = Predictor(found)
+            for kind, topic, receive in (
+                    (JointState, topics.PREDICTED_EFFORT, predictor.receive_prediction),
+                    (JointState, topics.EFFORT_RESIDUAL, predictor.residual.receive),
+                    (JointState, topics.EXTERNAL_EFFORT, predictor.external.receive),
+                    (Bool, topics.CONTACT, predictor.receive_contact)):
+                self._subscribe(kind, f'{found}/{topic}', receive)
 
-def _ticks(period: float, until: float, pressed: Keys) -> Iterator[float]:
-    """Yield the monotonic time [s] every period, until it is over or q is pressed."""
-    due = time.monotonic()
-    while True:
-        now = time.monotonic()
-        yield now
-        if now >= until:
-            return
-        due = max(due + period, now)  # what is late is not made up for
-        if pressed.wait(min(due, until) - time.monotonic()):
-            return
+    def _shown(self, now: float) -> list[Predictor]:
+        """Return the live predictors; all if none is live."""
+        ours = [each for each in self._predictors.values()
+                if self._side in (None, each.side) or not each.side]
+        return [each for each in ours if each.is_live(now)] or ours
 
+    def _problem(self, now: float) -> str | None:
+        """Return what is missing; None before everything had time to start."""
+        problem = self._missing(now)
+        if problem and now - self._started < _GRACE:
+            return f'waiting for {self._name}'
+        return problem
 
-class _Terminated(Exception):
-    """SIGTERM came."""
+    def _missing(self, now: float) -> str | None:
+        """Return what is missing and the remedy; None if predictions arrive."""
+        shown = self._shown(now)
+        if any(each.predicted.newest(now) for each in shown):
+            return None
+        if self._predictors and not shown:
+            return f'{self._name} does not predict the {self._side} arm: see --arm and --node'
+        if not shown:
+            others = ', '.join(sorted(self._others))
+            return (f'no predictor {self._name} in ROS domain '
+                    f'{os.environ.get("ROS_DOMAIN_ID") or 0}: is torque_predictor running with '
+                    'the same ROS_DOMAIN_ID?' + (f' Found {others} (--node).' if others else ''))
+        reasons = [message for each in shown for _, level, message in each.diagnostics(now)
+                   if level]
+        return f'no predictions from {self._name}: ' + (
+            reasons[0] if reasons else f'are joint states published on {self._topic}?')
+
+    def _to_all(self, receive: Callable[[Predictor, Any, float], None]) -> _Receive:
+        def receive_all(message: Any, now: float) -> None:
+            for predictor in self._predictors.values():
+                receive(predictor, message, now)
+        return receive_all
+
+    def _subscribe(self, kind: type, topic: str, receive: _Receive) -> None:
+        self._node.create_subscription(kind, topic, lambda message: receive(
+            message, time.monotonic()), topics.SUBSCRIPTION_QOS)
 
 
 @contextmanager
-def _termination() -> Iterator[None]:
-    """Let SIGTERM end what runs as an exception does, so that the terminal is put right."""
-    def end(number: int, frame: FrameType | None) -> None:
-        raise _Terminated
-    before = signal.signal(signal.SIGTERM, end)
+def _node() -> Iterator[Node]:
     try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
-def _listener(predictor: str, arm: str | None, topic: str) -> Iterator[Listener]:
-    try:
-        # Without rclpy's own: Ctrl-C is then KeyboardInterrupt, as in the other subcommands.
+        # Without the signal handlers of rclpy, Ctrl-C raises KeyboardInterrupt.
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        listener = Listener(predictor, arm, topic)
-    except RuntimeError as error:  # such as a ROS_DOMAIN_ID that is none
+        node = Node(f'watch_{os.getpid()}', enable_rosout=False, start_parameter_services=False)
+    except RuntimeError as error:  # such as an invalid ROS_DOMAIN_ID
         raise BaxterDynamicsError(f'ROS does not start: {error}') from None
     try:
-        yield listener
+        yield node
     finally:
         rclpy.try_shutdown()
+
+
+@contextmanager
+def _keyboard() -> Iterator[Callable[[], bool]]:
+    """Read single keys without echo; yield a function that returns whether q was pressed."""
+    if sys.stdin is None or not sys.stdin.isatty():
+        yield lambda: False
+        return
+    descriptor = sys.stdin.fileno()
+    before = termios.tcgetattr(descriptor)
+    tty.setcbreak(descriptor)
+    try:
+        yield lambda: (bool(select.select([descriptor], [], [], 0.0)[0])
+                       and b'q' in os.read(descriptor, 100).lower())
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+
+def _validate(option: str, name: str) -> None:
+    try:
+        validate_full_topic_name(name)
+    except InvalidTopicNameException as error:
+        raise BaxterDynamicsError(f'{option}: {" ".join(str(error).split())}') from None

@@ -1,216 +1,117 @@
-"""The view of a predictor: lines of text from what was heard, as many as there is room for."""
+"""View of a predictor: a table per arm, or a line."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-import sys
-import textwrap
-
+from rich.box import SIMPLE_HEAD
+from rich.console import Group
+from rich.table import Table
 from rich.text import Text
 
-from . import watch_words
-from .watch_bars import bar, cropped, Glyphs, sparkline
-from .watch_data import ArmData, BIN, Status, STATUS_STALE_AFTER, Watched
+from .printing import printable
+from .watch_data import by_joint, Predictor
 from ..estimation.contact import LIMIT
 from ..model.joints import JOINTS
 
-# What the ends of the bars stand for [N m]. Of the effort: somewhat more than it takes to hold
-# and to move the arm. Of the residual: what a model that is not calibrated may be wrong by.
-EFFORT_SCALE = (15.0, 40.0, 15.0, 20.0, 4.0, 5.0, 2.0)
-RESIDUAL_SCALE = LIMIT
-STATUSES = ('input', 'stamps', 'filter', 'effort', 'residual', 'external')
-
-_STYLES = ('green', 'yellow', 'bold red', 'magenta')  # of the levels
-_FINE = _STYLES[0]
-_OLD = 'magenta'
-_COLUMNS = (8, 10, 9, 9)  # of the numbers; the joint's name before them takes 2
-_NUMBERS = 2 + sum(_COLUMNS)
-_SCALES = (3, 4)  # columns behind the bars, that say what their ends stand for
-_LEAST_BARS = 16  # columns; with fewer, the numbers stand alone
-_LEAST_TRACE = 24  # columns of bars and sparkline together; with fewer, the bars stand alone
-# What is tried until it fits: whether to leave lines free, to put the diagnostics in short, and
-# to say what is wrong in full.
-_LAYOUTS = ((True, False, True), (False, False, True), (False, False, False),
-            (False, True, True), (False, True, False))
+BAR = 10  # characters on either side of zero
+_LEVELS = (('OK', 'green'), ('WARN', 'yellow'), ('ERROR', 'bold red'), ('STALE', 'magenta'))
+_COLUMNS = ('joint', 'measured\n[N m]', 'predicted\n[N m]', 'residual\n[N m]',
+            f'{"-limit":<{BAR}}0{"+limit":>{BAR}}', 'limit\n[N m]', 'external\n[N m]')
 
 
-@dataclass(frozen=True)
-class Canvas:
-    """What there is to draw on; no height for as many lines as it takes."""
-
-    width: int
-    height: int | None
-    glyphs: Glyphs
-
-    def line(self, text: str, style: str = '') -> Text:
-        """Return a line that is no longer than there is room."""
-        return Text(cropped(text, self.width, self.glyphs), style=style)
+def view(predictor: Predictor, now: float) -> Group:
+    """Return the view of a predictor at monotonic time now [s]."""
+    style = {True: 'bold white on red', False: 'green', None: 'magenta'}[_contact(predictor, now)]
+    title = Text(printable(f'{predictor.name}  {predictor.side or "unknown"} arm  '), 'bold')
+    return Group(title.append(f' {contact_text(predictor, now)} ', style),
+                 Text(rates_text(predictor, now)), _joint_table(predictor, now),
+                 _diagnostics_table(predictor, now))
 
 
-def view(watched: Watched, side: str | None, title: str, missing: str | None, now: float,
-         canvas: Canvas) -> list[Text]:
-    """
-    Return the lines of the view.
-
-    Parameters
-    ----------
-    watched : Watched
-        What was heard.
-    side : str or None
-        The only arm to show.
-    title : str
-        Stands on top.
-    missing : str or None
-        What is missing, and the remedy; None where nothing is.
-    now : float
-        Monotonic time [s].
-    canvas : Canvas
-        What to draw on.
-
-    """
-    arms = watched.shown(side)
-    head = [canvas.line(title, 'bold')]
-    if missing:
-        head += [Text(line, style='bold yellow')
-                 for line in textwrap.wrap(missing, canvas.width)]
-    bodies = [_body(watched, arm, now, canvas) for arm in arms]
-    lines: list[Text] = []
-    height = sys.maxsize if canvas.height is None else canvas.height
-    for roomy, in_short, in_full in _LAYOUTS:
-        lines = head.copy()
-        for arm, body in zip(arms, bodies):
-            lines += _banner(arm, now, roomy, canvas) + body
-        for arm in arms:
-            lines += [Text()] * roomy + _diagnostics(arm, now, len(arms) > 1, in_short, in_full,
-                                                     canvas)
-        if len(lines) <= height:
-            return lines
-    hidden = len(lines) - height + 1
-    return lines[:height - 1] + [canvas.line(
-        f'{hidden} more lines: enlarge the terminal, or choose an --arm', 'dim')]
+def line(predictor: Predictor, now: float) -> str:
+    """Return the state of a predictor in one line."""
+    instant = predictor.instant(now)
+    residual = 'no residual' if instant is None else 'residual [N m] ' + ' '.join(
+        f'{joint} {number(instant.residual.get(joint))}' for joint in JOINTS)
+    levels = [f'{name} {_level(level)[0]}' for name, level, _ in predictor.diagnostics(now)
+              if level]
+    diagnostics = ', '.join(levels) or (
+        'diagnostics OK' if predictor.diagnostics(now) else 'no diagnostics')
+    return (f'{predictor.side or "unknown"} arm: {contact_text(predictor, now)}; {residual}; '
+            f'{rates_text(predictor, now)}; {diagnostics}')
 
 
-def _banner(arm: ArmData, now: float, roomy: bool, canvas: Canvas) -> list[Text]:
-    """Return whether something touches the arm; three lines high where there is room."""
-    words = f'{arm.side or "?"} arm: {watch_words.contact(arm, now)}'
-    if not arm.contact_is_live(now):
-        return [Text()] * roomy + [canvas.line(f' {words} ', f'reverse {_OLD}')]
-    if not arm.contact:
-        return [Text()] * roomy + [canvas.line(f' {words} ', 'black on green')]
-    red = 'bold bright_white on red'
-    edge = [canvas.line(' ' * canvas.width, red)] * roomy
-    return edge + [canvas.line(f' *** {words} *** '.ljust(canvas.width), red)] + edge
+def bar(value: float, limit: float) -> str:
+    """Return a bar from zero in the middle; its ends are at the limit, either side."""
+    length = round(BAR * min(abs(value) / limit, 1.0))
+    left, right = (0, length) if value > 0.0 else (length, 0)
+    return f'{"█" * left:>{BAR}}│{"█" * right:<{BAR}}'
 
 
-def _body(watched: Watched, arm: ArmData, now: float, canvas: Canvas) -> list[Text]:
-    lines = [canvas.line(watch_words.rates(watched, arm, now))]
-    columns = _columns(canvas.width)
-    lines.append(canvas.line(_heading(columns, canvas.glyphs), 'dim'))
-    live = arm.instant() is not None and arm.residual.is_live(now)
-    reason = '' if live else watch_words.why_no_residual(watched, arm, now)
-    trace = arm.trace.extremes(columns[2], now)
-    for i in range(len(JOINTS)):
-        line = _numbers(arm, i, now)
-        if live:
-            _append_bars(line, arm, i, columns, canvas.glyphs)
-            line.append(' ' + sparkline(trace[:, i], RESIDUAL_SCALE[i], canvas.glyphs), 'cyan')
-        elif i == 0:
-            line.append('  ' + reason, _OLD)
-        line.truncate(canvas.width)
-        lines.append(line)
-    return lines
+def number(value: float | None) -> str:
+    """Return a value as text, at most 9 characters; '-' for None."""
+    if value is None:
+        return '-'
+    return f'{value:+.2f}' if abs(value) < 1e5 else f'{value:+.1e}'
 
 
-def _columns(width: int) -> tuple[int, int, int]:
-    """Return the widths of effort bar, residual bar and sparkline; 0 for none of it."""
-    left = width - _NUMBERS - sum(_SCALES) - 3
-    if left < _LEAST_BARS:
-        return 0, 0, 0
-    trace = min(left // 3, 60) if left >= _LEAST_TRACE else 0
-    residual = _odd(min((left - trace) // 2, 31))
-    return _odd(min(left - trace - residual, 41)), residual, trace
+def contact_text(predictor: Predictor, now: float) -> str:
+    """Return whether the arm is in contact, at which joints, and for how long."""
+    contact = _contact(predictor, now)
+    if contact is None:
+        return 'contact unknown'
+    if not contact:
+        return 'no contact'
+    joints = ', '.join(predictor.contact_joints()) or 'joints not yet known'
+    return f'CONTACT for {predictor.contact_duration(now):.1f} s: {joints}'
 
 
-def _odd(width: int) -> int:
-    return width - 1 + width % 2
+def rates_text(predictor: Predictor, now: float) -> str:
+    """Return the rates of the topics, and the delay of the residual."""
+    delay = predictor.delay(now)
+    return ', '.join([
+        f'predictions {predictor.predicted.rate(now):.1f} Hz',
+        f'residuals {predictor.residual.rate(now):.1f} Hz',
+        f'joint states {predictor.joint_states.rate(now):.1f} Hz',
+        *([] if delay is None else [f'delay {1e3 * delay:.0f} ms'])])
 
 
-def _heading(columns: tuple[int, int, int], drawn: Glyphs) -> str:
-    titles = ('measured', 'predicted', 'residual', 'external')
-    text = '  ' + ''.join(title.rjust(width) for title, width in zip(titles, _COLUMNS))
-    text = text[-_NUMBERS:]
-    effort, residual, trace = columns
-    if effort:
-        text += (' ' + f'{drawn.full}meas {drawn.mark}pred'.center(effort).ljust(
-            effort + _SCALES[0])) + ' ' + 'residual'.center(residual).ljust(residual + _SCALES[1])
-    return text + (f' last {trace * BIN:g} s' if trace else '')
+def _contact(predictor: Predictor, now: float) -> bool | None:
+    message = predictor.contact.newest(now)
+    return None if message is None else bool(message.data)
 
 
-def _numbers(arm: ArmData, i: int, now: float) -> Text:
-    """Return the joint's name and its numbers [N m]; in brackets where they are old."""
-    is_live = arm.predicted.is_live(now), arm.residual.is_live(now), arm.external.is_live(now)
-    instant = arm.instant()
-    if instant is not None and is_live[1] >= is_live[0]:
-        measured, predicted, residual = (values[i] for values in instant)
-    else:  # predictions go on without a residual, so those of its last instant are past
-        measured = residual = None
-        predicted = None if arm.predicted.values is None else arm.predicted.values[i]
-    external = None if arm.external.values is None else arm.external.values[i]
-    line = Text(JOINTS[i])
-    for value, live, width in ((measured, is_live[1], _COLUMNS[0]),
-                               (predicted, is_live[0], _COLUMNS[1]),
-                               (residual, is_live[1], _COLUMNS[2]),
-                               (external, is_live[2], _COLUMNS[3])):
-        if value is None:
-            line.append('-'.rjust(width), 'dim')
-        elif live:
-            line.append(f'{value:+.2f}'.rjust(width))
-        else:
-            line.append(f'({value:+.1f})'.rjust(width), 'dim')
-    return line
+def _joint_table(predictor: Predictor, now: float) -> Table:
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for title in _COLUMNS:
+        table.add_column(title, justify='right' if '[' in title else 'left', no_wrap=True)
+    instant = predictor.instant(now)
+    predicted, external = predictor.predicted.newest(now), predictor.external.newest(now)
+    measured, residuals = ({}, {}) if instant is None else (instant.measured, instant.residual)
+    # Without a residual predictions go on; with one, all three are of the same instant.
+    predictions = instant.predicted if instant else by_joint(predicted) if predicted else {}
+    externals = by_joint(external) if external else {}
+    touched = predictor.contact_joints() if _contact(predictor, now) else []
+    for joint, limit in zip(JOINTS, LIMIT):
+        residual = residuals.get(joint)
+        style = '' if residual is None or abs(residual) <= limit else 'bold red'
+        table.add_row(
+            joint, number(measured.get(joint)), number(predictions.get(joint)),
+            Text(number(residual), style),
+            Text('' if residual is None else bar(residual, limit), style or 'cyan'),
+            f'±{limit:g}', number(externals.get(joint)),
+            style='bold' if joint in touched else '')
+    return table
 
 
-def _append_bars(line: Text, arm: ArmData, i: int, columns: tuple[int, int, int],
-                 drawn: Glyphs) -> None:
-    instant = arm.instant()
-    if instant is None or not columns[0]:
-        return
-    measured, predicted, residual = (float(values[i]) for values in instant)
-    line.append(' ' + bar(measured, EFFORT_SCALE[i], columns[0], drawn, mark=predicted), 'blue')
-    line.append(f'{drawn.plus_minus}{EFFORT_SCALE[i]:g}'.ljust(_SCALES[0]), 'dim')
-    line.append(' ' + bar(residual, RESIDUAL_SCALE[i], columns[1], drawn),
-                'bold red' if abs(residual) > RESIDUAL_SCALE[i] else 'bold')
-    line.append(f'{drawn.plus_minus}{RESIDUAL_SCALE[i]:g}'.ljust(_SCALES[1]), 'dim')
+def _diagnostics_table(predictor: Predictor, now: float) -> Table:
+    table = Table(box=None, pad_edge=False, show_header=False)
+    for name, level, message in predictor.diagnostics(now):
+        word, style = _level(level)
+        table.add_row(printable(name), Text(word, style), printable(message))
+    if not table.row_count:
+        table.add_row(Text('no diagnostics', 'magenta'))
+    return table
 
 
-def _diagnostics(arm: ArmData, now: float, with_side: bool, in_short: bool, in_full: bool,
-                 canvas: Canvas) -> list[Text]:
-    """Return the statuses: in short, all that is well in one line; in full, what is not."""
-    whose = f'{arm.side:<6}' if with_side else ''
-    statuses = _statuses(arm, now)
-    if in_short:
-        fine = ', '.join(text.split()[0] for text, style in statuses if style == _FINE)
-        statuses = [status for status in statuses if status[1] != _FINE]
-        statuses += [(f'OK: {fine}', _FINE)] if fine else []
-    lines = []
-    for text, style in statuses:
-        if in_full and style != _FINE:
-            lines += [canvas.line(line, style) for line in textwrap.wrap(
-                whose + text, canvas.width, subsequent_indent=' ' * (16 + len(whose)))]
-        else:
-            lines.append(canvas.line(whose + text, style))
-    return lines
-
-
-def _statuses(arm: ArmData, now: float) -> list[tuple[str, str]]:
-    """Return a text and its style for each status."""
-    if not arm.statuses:
-        return [('no diagnostics heard', _OLD)]
-    lines = []
-    for name in STATUSES:
-        status = arm.statuses.get(name, Status(3, 'not heard', {}, now))
-        level, style = watch_words.level_word(status.level), _STYLES[min(status.level, 3)]
-        if now - status.heard > STATUS_STALE_AFTER:
-            level, style = f'{level}, {watch_words.age(now - status.heard)} ago:', _OLD
-        lines.append((f'{name:<9}{level:<6} {status.message}', style))
-    return lines
+def _level(level: int) -> tuple[str, str]:
+    return _LEVELS[level] if level < len(_LEVELS) else (f'level {level}', 'magenta')

@@ -86,8 +86,22 @@ def test_a_process_says_on_stderr_what_is_wrong_and_nothing_else(
     assert said[2][0] == '' and "invalid choice: 'middle'" in said[2][1]
 
 
+def test_markup_and_escape_sequences_in_names_are_printed_as_text(
+        command, make_bag, moving_arm, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('FORCE_COLOR', '1')  # with progress bars, as in a terminal
+    bag = make_bag(moving_arm(60)).rename(tmp_path / 'run[draft]\x1b]0;forged\x07\n')
+    code, out, err = command('evaluate', bag, '-o', 'rep[/b]')
+    assert (code, err) == (0, '')
+    assert out.splitlines()[-1] == f'report: {tmp_path}/rep[/b]/report.html'
+    assert '\x1b]0;' not in out and 'run[draft]\\x1b]0;forged' in out
+    code, out, err = command('evaluate', 'none[b]\x1b[31m')
+    assert (code, out) == (1, '')
+    assert err.startswith('baxter_dynamics evaluate: none[b]\\x1b[31m: ')
+
+
 @pytest.mark.parametrize('arguments, problem', [
-    ((), 'the following arguments are required: command'),
+    ((), 'the following arguments are required: COMMAND'),
     (('fly',), "invalid choice: 'fly'"),
     (('evaluate',), 'the following arguments are required: BAG'),
     (('calibrate', '--only', 'luck'), "invalid choice: 'luck'"),
