@@ -1,6 +1,7 @@
 """evaluate: how well the model predicts recordings, as a report to look at."""
 
-from collections.abc import Callable, Sequence
+import argparse
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from .options import add_recordings
 from .outputs import output_folder
 from .progress import watched
 from ..estimation.predictor import Prediction
@@ -26,58 +28,44 @@ PREDICTED_EFFORT = f'/{NODE}/predicted_effort'
 EFFORT_RESIDUAL = f'/{NODE}/effort_residual'
 
 
-def run(bags: Sequence[str | Path], output: str | Path, arm: 'str | None', topic: 'str | None',
-        params: 'str | None', save_bag: 'str | None', command: str) -> int:
-    """
-    Evaluate recordings, print how well they are predicted, and write the report.
+DESCRIPTION = (
+    'Predict the effort in recordings with the code of the node, compare it with the measured '
+    'effort, and write a report: report.html, its figures, summary.csv and summary.json.')
 
-    Parameters
-    ----------
-    bags : sequence of str
-        Bags and .npz files.
-    output : str
-        The report's folder.
-    arm, topic : str or None
-        Which arm and topic; None for the only ones.
-    params : str or None
-        A parameter file, such as a calibration's; None for the defaults of the package.
-    save_bag : str or None
-        A new bag for what was predicted, beside what the recording holds.
-    command : str
-        The command line, for the report.
 
-    Returns
-    -------
-    int
-        Exit code 0.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics evaluate``."""
+    add_recordings(parser)
+    parser.add_argument('-o', '--output', default='baxter_evaluation', metavar='DIR',
+                        help='folder for the report (default: %(default)s)')
+    parser.add_argument('--save-bag', metavar='OUT',
+                        help='write a new bag with the contents of the recording, the predicted '
+                        'effort and the residual')
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If something cannot be read, used or written.
 
-    """
+def main(args: argparse.Namespace) -> int:
+    """Evaluate recordings, print the errors of the prediction, and write the report."""
     console = Console()
-    folder = output_folder('--output', output)
-    if save_bag and Path(save_bag).expanduser().resolve() == folder:
+    folder = output_folder('--output', args.output)
+    if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
-    values = read_parameters(params, arm) if params else {}
-    if arm and values.get('arm', arm) != arm:
+    values = read_parameters(args.params, args.arm) if args.params else {}
+    if args.arm and values.get('arm', args.arm) != args.arm:
         console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
                       'and tilt belong to one arm', soft_wrap=True, highlight=False)
-    recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
-                                 arm or values.get('arm'))
+    recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
+                                 args.arm or values.get('arm'))
     if not recordings:
-        raise BaxterDynamicsError(f'{", ".join(map(str, bags))}: no recordings')
-    if save_bag and len(recordings) > 1:
+        raise BaxterDynamicsError(f'{", ".join(args.bags)}: no recordings')
+    if args.save_bag and len(recordings) > 1:
         raise BaxterDynamicsError(
             f'--save-bag: one recording at a time, not {len(recordings)}')
     evaluator, evaluations = Evaluator(values), []
     with ExitStack() as stack:
         writer = None
-        if save_bag:
+        if args.save_bag:
             writer = stack.enter_context(BagWriter(
-                Path(save_bag).expanduser(), reserved=(PREDICTED_EFFORT, EFFORT_RESIDUAL)))
+                Path(args.save_bag).expanduser(), reserved=(PREDICTED_EFFORT, EFFORT_RESIDUAL)))
         for recording in recordings:
             with recording, watched(recording, console, writer) as played:
                 sink = None if writer is None else _sink(writer, recording.arm)
@@ -86,8 +74,8 @@ def run(bags: Sequence[str | Path], output: str | Path, arm: 'str | None', topic
         total: Total | Evaluation = evaluations[0]
         if len(evaluations) > 1:
             total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
-        write_evaluation(folder, evaluations, total, command,
-                         Path(params).name if params else 'defaults of the package')
+        write_evaluation(folder, evaluations, total, args.command_line,
+                         Path(args.params).name if args.params else 'defaults of the package')
     _print(console, evaluations, total)
     if writer is not None:
         for topic_, reason in writer.skipped.items():
