@@ -2,8 +2,10 @@
 
 from glob import glob
 from pathlib import Path
+import sys
 
-from setuptools import find_packages, setup
+from setuptools import Extension, find_packages, setup
+from setuptools.command.build_ext import build_ext
 
 package_name = 'baxter_dynamics_ros'
 
@@ -24,24 +26,18 @@ offline = [
     'jinja2>=3.1',
     'rich==15.0.0',
 ]
-# To derive the closed form for another language, and to generate it anew.
-export = ['casadi==3.8.2', 'pyyaml>=6.0']
-# The same closed form, compiled.
-fast = ['numba==0.68.1']
-# What benchmarks/model.py compares with, as far as it is installed.
-benchmark = export + fast + [
-    'pin==4.1.0',
-    'mujoco==3.17.0',
-    'pybullet==3.2.7',
-    'drake==1.51.1',
-    'roboticstoolbox-python==1.5.0',
-]
+# Parameter files, and the manufacturer's robot description for `export urdf`.
+export = ['pyyaml>=6.0', 'hpp-baxter==9.0.2']
+# The engines that benchmarks/model.py compares.
+benchmark = ['pin==4.1.0', 'mujoco==3.17.0']
 demo = ros + offline + [
     'mujoco==3.17.0',
     'hpp-baxter==9.0.2',  # the manufacturer's robot description
 ]
-test = demo + export + fast + [
+test = demo + export + [
+    'casadi==3.8.2',  # generates the closed form, and runs the exported Python file
     'sympy==1.14.0',
+    'pybind11>=2.11',  # colcon builds the extension without pyproject.toml
     'hypothesis==6.170.15; python_version >= "3.11"',
     'hypothesis; python_version < "3.11"',
     'mypy==2.4.1',
@@ -83,6 +79,30 @@ test = demo + export + fast + [
 # resolve(): colcon build --symlink-install runs a link to this file, from the build folder.
 long_description = Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8')
 
+
+class OptionalBuild(build_ext):
+    """Build the extension where a compiler and pybind11 are; without it Python computes."""
+
+    def build_extensions(self):
+        """Build each extension, or leave it out and report the reason in one line."""
+        for extension in list(self.extensions):
+            try:
+                self.build_extension(extension)
+            except Exception as error:  # of the compiler, the linker or the platform
+                self.extensions.remove(extension)
+                print(f'{package_name}: the compiled engine was not built ({error}); Python '
+                      'computes instead', file=sys.stderr)
+
+
+def pybind11_folders():
+    """Return the folders of the headers, where they are not the system's (pybind11-dev)."""
+    try:
+        import pybind11
+    except ImportError:
+        return []
+    return [pybind11.get_include()]
+
+
 setup(
     name=package_name,
     version='0.1.0',
@@ -96,8 +116,14 @@ setup(
     python_requires='>=3.10',
     install_requires=['numpy>=1.24'],
     extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export,
-                    'fast': fast, 'benchmark': benchmark, 'test': test},
-    package_data={package_name: ['py.typed', 'report/*.j2']},
+                    'benchmark': benchmark, 'test': test},
+    package_data={package_name: ['py.typed', 'report/*.j2', 'model/_closed_form.[ch]']},
+    ext_modules=[Extension(
+        f'{package_name}.model._compiled', [f'{package_name}/model/_compiled.cpp'],
+        depends=[f'{package_name}/model/_closed_form.{ending}' for ending in 'ch'],
+        include_dirs=pybind11_folders(), extra_compile_args=['-std=c++17', '-O3', '-g0',
+                                                             '-fvisibility=hidden'])],
+    cmdclass={'build_ext': OptionalBuild},
     zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',
     maintainer_email='maintainers@baxter-dynamics.example',

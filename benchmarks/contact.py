@@ -118,7 +118,7 @@ def external_torque(motion: Motion, model: EffortModel) -> np.ndarray:
                  for field in (motion.q, motion.effort))
     qd, zero = motion.qd[first:], np.zeros_like(q)
     tau = effort - model.effort(zero, q, qd, zero)
-    momentum, coriolis, gravity = arm.dynamics.momentum_terms(q, qd)
+    momentum, coriolis, gravity = arm.momentum_terms(q, qd)
     observer = MomentumObserver(GAIN)
     r = [observer.update(motion.period, *row) for row in zip(momentum, tau + coriolis - gravity)]
     return np.concatenate([np.zeros((first, N_JOINTS)), r])

@@ -8,14 +8,10 @@ from pathlib import Path
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model import joints
-from baxter_dynamics_ros.model.closed_form import ENGINE_VARIABLE, PYTHON
 import numpy as np
 from pinocchio_engine import PinocchioEngine
 import pytest
 
-# For the tests and their processes: numba, where it is installed, would be loaded by each and
-# compile for minutes. The tests of the engines ask for it by name.
-os.environ.setdefault(ENGINE_VARIABLE, PYTHON)
 
 pytest.register_assert_rewrite('arrivals', 'played')
 

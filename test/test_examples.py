@@ -38,7 +38,7 @@ def output(tmp_path_factory):
             path = os.pathsep.join([str(REPOSITORY), os.environ.get('PYTHONPATH', '')])
             answer = subprocess.run(
                 [sys.executable, REPOSITORY / 'examples' / f'{name}.py'], cwd=folder,
-                env={**os.environ, 'PYTHONPATH': path, 'BAXTER_DYNAMICS_ENGINE': 'python'},
+                env={**os.environ, 'PYTHONPATH': path},
                 stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIME_LIMIT)
             assert (answer.returncode, answer.stderr) == (0, '')
             assert list(folder.iterdir()) == []

@@ -114,7 +114,7 @@ class Regressor:
             rows = slice(start, start + _ROWS)
             part = motion.rows(rows.start, rows.stop)
             sample = Sample(part, presliding[rows], self.settings.arm)
-            tau = self.settings.arm.dynamics.inverse_dynamics(part.q, part.qd, part.qdd)
+            tau = self.settings.arm.inverse_dynamics(part.q, part.qd, part.qdd)
             y = part.effort - model.effort(tau, part.q, part.qd, part.qdd, now[rows])
             nothing = np.empty((len(part), 0))
             columns = [np.concatenate([nothing, *(term.columns(sample, joint)

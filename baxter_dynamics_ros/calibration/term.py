@@ -54,7 +54,7 @@ class Sample:
         x, y, z = arm.gravity_vector
         return np.stack([
             BaxterArm(payload=arm.payload, gravity=direction, mount=arm.mount,
-                      parameters=arm.parameters).dynamics.gravity(self.motion.q)
+                      parameters=arm.parameters).gravity(self.motion.q)
             for direction in ((1.0, 0.0, -x / z), (0.0, 1.0, -y / z))], axis=-1)
 
 

@@ -24,7 +24,6 @@ from ..model.arrays import Array
 from ..model.effort import (COULOMB_VELOCITY, DAHL_LENGTH, EffortModel, SPRING_COEFFICIENTS,
                             SPRING_RANGE)
 from ..model.exceptions import ArgumentError
-from ..model.hand import HandKinematics
 from ..model.joints import mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
 from ..model.tilt import gravity_in_base
@@ -209,8 +208,8 @@ class PredictorSettings:
         model = EffortModel(**effort)  # checked even where it is off
         self.effort_model = model if enabled else EffortModel.rigid()
         self.model = ArmModel(
-            self._choose_method(), self.arm.dynamics.momentum_terms,
-            HandKinematics(self.arm.parameters, self.arm.mount).jacobian, self.effort_model)
+            self._choose_method(), self.arm.momentum_terms,
+            self.arm.jacobian, self.effort_model)
 
     def warm_up(self) -> 'PredictorSettings':
         """
@@ -258,7 +257,7 @@ class PredictorSettings:
 
     def _choose_method(self) -> Callable[..., Array]:
         if self.values['method'] == 'lagrange_euler':
-            return self.arm.dynamics.inverse_dynamics  # what comes from a stream is validated
+            return self.arm.inverse_dynamics
         try:
             from ..newton_euler import NewtonEuler
         except ImportError as error:

@@ -1,24 +1,22 @@
-"""BaxterArm: the closed-form dynamics of one Baxter arm, for people to use."""
+"""BaxterArm: closed-form dynamics and kinematics of one Baxter arm."""
 
-from collections.abc import Callable, Sequence
-from math import isfinite
-from typing import Any, cast, TypeVar
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from . import paper_tables
 from .arrays import Array, ArrayLike
-from .closed_form import AUTO, ClosedForm
+from .base_parameters import NAMES, TILTED_NAMES
+from .closed_form import AUTO, choose_engine, functions, parameter_values
 from .composite import CompositeDynamics
 from .exceptions import ArgumentError
-from .joints import N_JOINTS
 from .parameters import ArmParameters, paper_parameters, Payload
-from .validation import finite, finite_batch
+from .validation import finite
 
 _T = TypeVar('_T')
-_STATE = (N_JOINTS,)
-_FLOAT = np.dtype(float)
-_BLOCK = 4096  # states computed at a time, by what does not make its own blocks
+_UPRIGHT = 1e-12  # gravity's part across the axis of joint 1 that is rounding
 
 
 class BaxterArm:
@@ -45,19 +43,19 @@ class BaxterArm:
     parameters : ArmParameters, optional
         The links; by default those of the paper, corrected.
     engine : str, optional
-        What computes the closed form: 'python' (with NumPy), 'numba', or, by default, 'auto':
-        what the environment variable BAXTER_DYNAMICS_ENGINE says, or else numba where it is
-        installed. The results are the same.
+        'compiled' (C), 'python' (NumPy), or 'auto': the value of the environment variable
+        BAXTER_DYNAMICS_ENGINE, by default 'compiled' where the extension was built. The results
+        agree to rounding.
 
     Attributes
     ----------
+    engine : str
+        'compiled' or 'python'.
     base_parameters : ndarray (43,) or (45,)
         phi of ``tau = Y phi``, in the order of ``model.base_parameters.TILTED_NAMES``: the last
-        two, hx1 and hy1, only where gravity is not along the axis of joint 1.
-    dynamics : ClosedForm
-        The closed form in frame {0}, without validation.
-    composite : CompositeDynamics
-        The same by readable matrix equations, and the links' transforms.
+        two, hx1 and hy1, only where gravity is not along the axis of joint 1. Read-only.
+    closed_form_parameters : tuple of float
+        Parameters of the closed form, in the order of ``model._closed_form.PARAMETERS``.
 
     Raises
     ------
@@ -77,20 +75,34 @@ class BaxterArm:
         self.mount = _rigid_transform('mount', np.eye(4) if mount is None else mount)
         pseudo_inertia = self.parameters.pseudo_inertia.copy()
         pseudo_inertia[-1] += self.payload.pseudo_inertia
-        self._engine = engine
-        in_frame_0 = self.mount[:3, :3].T @ self.gravity_vector
-        self.dynamics = ClosedForm(self.parameters, pseudo_inertia, in_frame_0, engine)
-        self.composite = CompositeDynamics(self.parameters, pseudo_inertia, in_frame_0)
-        self.base_parameters = self.dynamics.base_parameters
+        gravity_0 = self.mount[:3, :3].T @ self.gravity_vector  # in frame {0}
+        upright = bool(np.abs(gravity_0[:2]).max() <= _UPRIGHT * np.abs(gravity_0).max())
+        if upright:  # but for the rounding of a mount
+            gravity_0 = gravity_0 * [0.0, 0.0, 1.0]
+        self._inertia_and_gravity = pseudo_inertia, gravity_0
+        self._requested_engine = engine
+        self.engine = choose_engine(engine)
+        self.closed_form_parameters = parameter_values(self.parameters, pseudo_inertia, gravity_0,
+                                                       self.mount)
+        self._functions = functions(self.engine, self.closed_form_parameters,
+                                    self.parameters.theta_offset)
+        count = len(NAMES if upright else TILTED_NAMES)
+        self.base_parameters: Array = np.array(self.closed_form_parameters[:count])
+        self.base_parameters.flags.writeable = False
+
+    @cached_property
+    def composite(self) -> CompositeDynamics:
+        """Return the same dynamics by readable matrix equations, and the links' transforms."""
+        return CompositeDynamics(self.parameters, *self._inertia_and_gravity)
 
     def __reduce__(self) -> tuple[type['BaxterArm'], tuple[Any, ...]]:
         """Pickle and copy what the arm was made of."""
         return BaxterArm, (self.payload, self.gravity_vector, self.mount, self.parameters,
-                           self._engine)
+                           self._requested_engine)
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """Return M(q), (..., 7, 7) [kg m^2]: symmetric, positive definite. Eq. (6)."""
-        return _apply(self.dynamics.mass_matrix, q=q)
+        return self._functions['mass_matrix'](q)
 
     def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Array:
         """
@@ -98,15 +110,15 @@ class BaxterArm:
 
         Built from the Christoffel symbols of M, so that dM/dt - 2 C is skew-symmetric.
         """
-        return _apply(self.dynamics.coriolis_matrix, q=q, qd=qd)
+        return self._functions['coriolis_matrix'](q, qd)
 
     def coriolis_torque(self, q: ArrayLike, qd: ArrayLike) -> Array:
         """Return C(q, qd) qd, (..., 7) [N m], cheaper than by the matrix."""
-        return _apply(self.dynamics.coriolis_torque, q=q, qd=qd)
+        return self._functions['coriolis_torque'](q, qd)
 
     def gravity(self, q: ArrayLike) -> Array:
         """Return G(q), (..., 7) [N m]: the torques that hold the arm still. Eq. (8)."""
-        return _apply(self.dynamics.gravity, q=q)
+        return self._functions['gravity'](q)
 
     def terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
@@ -118,7 +130,7 @@ class BaxterArm:
             Shapes (..., 7, 7), (..., 7, 7) and (..., 7).
 
         """
-        return _apply(self.dynamics.terms, q=q, qd=qd)
+        return self._functions['terms'](q, qd)
 
     def torque_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
@@ -130,7 +142,7 @@ class BaxterArm:
             Shapes (..., 7, 7), (..., 7) and (..., 7).
 
         """
-        return _apply(self.dynamics.torque_terms, q=q, qd=qd)
+        return self._functions['torque_terms'](q, qd)
 
     def momentum_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
@@ -144,15 +156,15 @@ class BaxterArm:
             The generalised momentum [N m s] and two torques [N m], each (..., 7).
 
         """
-        return _apply(self.dynamics.momentum_terms, q=q, qd=qd)
+        return self._functions['momentum_terms'](q, qd)
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
         """Return tau = M(q) qdd + C(q, qd) qd + G(q), (..., 7) [N m]. Eq. (5)."""
-        return _apply(self.dynamics.inverse_dynamics, q=q, qd=qd, qdd=qdd)
+        return self._functions['inverse_dynamics'](q, qd, qdd)
 
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Array:
         """Return qdd = M(q)^-1 (tau - C(q, qd) qd - G(q)), (..., 7) [rad/s^2]."""
-        return _apply(self.dynamics.forward_dynamics, q=q, qd=qd, tau=tau)
+        return self._functions['forward_dynamics'](q, qd, tau)
 
     def inverse_dynamics_gradient(self, q: ArrayLike, qd: ArrayLike,
                                   qdd: ArrayLike) -> tuple[Array, Array]:
@@ -165,20 +177,20 @@ class BaxterArm:
             d tau/dq [N m/rad] and d tau/dqd [N m s/rad], each (..., 7, 7); row i is tau_i.
 
         """
-        return _apply(self.dynamics.inverse_dynamics_gradient, q=q, qd=qd, qdd=qdd)
+        return self._functions['inverse_dynamics_gradient'](q, qd, qdd)
 
     def christoffel_symbols(self, q: ArrayLike) -> Array:
         """Return h_ikm of eq. (7), (..., 7, 7, 7) [kg m^2]: C_ik = sum over m of h_ikm qd_m."""
-        return _apply(self.dynamics.christoffel_symbols, q=q)
+        return self._functions['christoffel_symbols'](q)
 
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
         """Return Y, (..., 7, 43) or (..., 7, 45): tau = Y phi, phi the ``base_parameters``."""
-        return _apply(self.dynamics.regressor, q=q, qd=qd, qdd=qdd)
+        result = self._functions['regressor'](q, qd, qdd)
+        return result[..., :len(self.base_parameters)]
 
     def forward_kinematics(self, q: ArrayLike) -> Array:
         """Return the pose of the hand in the base frame, (..., 4, 4), translation in m."""
-        return _blockwise(lambda q: self.mount @ self.composite.transforms(q)[..., -1, :, :],
-                          _joints('q', q))
+        return self._functions['forward_kinematics'](q)
 
     def jacobian(self, q: ArrayLike) -> Array:
         """
@@ -187,17 +199,7 @@ class BaxterArm:
         Rows 0 to 2 give the velocity of the hand frame's origin [m/s], rows 3 to 5 the angular
         velocity of the hand [rad/s], both with base-frame axes.
         """
-        return _blockwise(self._jacobian, _joints('q', q))
-
-    def _jacobian(self, q: Array) -> Array:
-        transforms = self.composite.transforms(q)
-        xi = self.composite.twists(transforms)
-        hand = transforms[..., -1, :, 3]
-        rotation = self.mount[:3, :3]
-        linear = (xi @ hand[..., None, :, None])[..., :3, 0]  # U_7k [0 0 0 1]^T
-        angular = np.stack([xi[..., 2, 1], xi[..., 0, 2], xi[..., 1, 0]], -1)
-        return np.concatenate([rotation @ np.swapaxes(linear, -1, -2),
-                               rotation @ np.swapaxes(angular, -1, -2)], axis=-2)
+        return self._functions['jacobian'](q)
 
 
 def _instance(name: str, value: object, kind: type[_T], default: Callable[[], _T]) -> _T:
@@ -206,57 +208,6 @@ def _instance(name: str, value: object, kind: type[_T], default: Callable[[], _T
     if not isinstance(value, kind):
         raise ArgumentError(name, f'expected a {kind.__name__}, got {value!r}')
     return value
-
-
-def _joints(name: str, value: ArrayLike) -> Array:
-    return finite_batch(name, value, N_JOINTS)
-
-
-def _apply(function: Callable[..., _T], **arguments: ArrayLike) -> _T:
-    """
-    Call ``function``, which takes (7,) or (n, 7), on the named arguments (..., 7).
-
-    They are validated, and their leading axes broadcast against each other.
-    """
-    values = arguments.values()
-    if all(map(_is_state, values)):  # the common case, in a fraction of the time
-        return function(*values)
-    arrays = _broadcast(arguments)
-    if arrays[0].ndim <= 2:
-        return function(*arrays)
-    shape = arrays[0].shape[:-1]
-    result: Any = function(*(array.reshape(-1, N_JOINTS) for array in arrays))
-    if isinstance(result, tuple):
-        result = tuple(part.reshape(shape + part.shape[1:]) for part in result)
-    else:
-        result = result.reshape(shape + result.shape[1:])
-    return cast(_T, result)
-
-
-def _is_state(value: object) -> bool:
-    """Return whether there is nothing to convert or to refuse."""
-    return (type(value) is np.ndarray and value.shape == _STATE and value.dtype is _FLOAT
-            and isfinite(value.dot(value)))
-
-
-def _broadcast(arguments: dict[str, ArrayLike]) -> Sequence[Array]:
-    """Validate the named arguments and broadcast their leading axes."""
-    arrays = [_joints(name, value) for name, value in arguments.items()]
-    try:
-        return np.broadcast_arrays(*arrays)
-    except ValueError:
-        shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(arguments, arrays))
-        raise ArgumentError(', '.join(arguments),
-                            f'leading axes do not broadcast: {shapes}') from None
-
-
-def _blockwise(function: Callable[[Array], Array], q: Array) -> Array:
-    """Call ``function`` on q (..., 7), in blocks where the batch is large."""
-    rows = q.reshape(-1, N_JOINTS)
-    if len(rows) <= _BLOCK:
-        return function(q)
-    parts = [function(rows[i:i + _BLOCK]) for i in range(0, len(rows), _BLOCK)]
-    return np.concatenate(parts).reshape(q.shape[:-1] + parts[0].shape[1:])
 
 
 def _rigid_transform(name: str, value: ArrayLike) -> Array:

@@ -1,9 +1,12 @@
-"""Validation of arguments: finite arrays of a stated shape, or an error that names them."""
+"""Validation of arguments: arrays of a stated shape, finite, or an error that names them."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from .arrays import Array, ArrayLike
 from .exceptions import ArgumentError
+from .joints import N_JOINTS
 
 
 def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -36,6 +39,27 @@ def finite_batch(name: str, value: ArrayLike, n: int) -> Array:
     if array.ndim == 0 or array.shape[-1] != n:
         raise ArgumentError(name, f'expected shape (..., {n}), got {array.shape}')
     return _refuse_non_finite(name, array)
+
+
+def finite_batches(names: Sequence[str], values: Sequence[ArrayLike]) -> list[Array]:
+    """
+    Return joint vectors as contiguous float arrays (..., 7), broadcast to one shape.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is not numeric, has no last axis of 7, or is not finite, or if the leading axes
+        do not broadcast.
+
+    """
+    arrays = [finite_batch(name, value, N_JOINTS) for name, value in zip(names, values)]
+    try:
+        arrays = np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(names, arrays))
+        raise ArgumentError(', '.join(names),
+                            f'leading axes do not broadcast: {shapes}') from None
+    return [np.require(array, float, 'CA') for array in arrays]
 
 
 def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf) -> float:

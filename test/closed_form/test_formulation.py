@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
-from baxter_dynamics_ros.closed_form import frames  # noqa: E402, I100
-from baxter_dynamics_ros.closed_form.quantities import CONSTANTS, formulate  # noqa: E402
+from tools.closed_form import frames  # noqa: E402, I100
+from tools.closed_form.quantities import PARAMETERS, formulate  # noqa: E402
 from baxter_dynamics_ros.model import lagrange_euler, paper_tables  # noqa: E402
 
 EXACT = {'rtol': 0.0, 'atol': 1e-12}
@@ -14,7 +14,7 @@ EXACT = {'rtol': 0.0, 'atol': 1e-12}
 
 @pytest.fixture
 def formulation(arm):
-    constants = dict(zip(CONSTANTS, arm.dynamics.constants))
+    constants = dict(zip(PARAMETERS, arm.closed_form_parameters))
     return lambda q: formulate(np.sin(q).T, np.cos(q).T, constants)
 
 

@@ -7,9 +7,9 @@ import pytest
 
 casadi = pytest.importorskip('casadi', reason='needed to derive the closed form: '
                              'pip install casadi')
-from baxter_dynamics_ros.closed_form.derivation import program_of, trace  # noqa: E402, I100
-from baxter_dynamics_ros.closed_form.quantities import QUANTITIES  # noqa: E402
-from baxter_dynamics_ros.closed_form.source import assignments  # noqa: E402
+from tools.closed_form.derivation import program_of, trace  # noqa: E402, I100
+from tools.closed_form.quantities import QUANTITIES  # noqa: E402
+from tools.closed_form.source import assignments  # noqa: E402
 
 x, y, z, w = SYMBOLS = [casadi.SX.sym(name) for name in 'xyzw']
 

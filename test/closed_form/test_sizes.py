@@ -7,9 +7,9 @@ import sys
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
-from baxter_dynamics_ros.closed_form import sizes  # noqa: E402, I100
-from baxter_dynamics_ros.closed_form.derivation import program_of  # noqa: E402
-from baxter_dynamics_ros.closed_form.quantities import QUANTITIES  # noqa: E402
+from tools.closed_form import sizes  # noqa: E402, I100
+from tools.closed_form.derivation import program_of  # noqa: E402
+from tools.closed_form.quantities import QUANTITIES  # noqa: E402
 
 # Additions and multiplications (and 7 divisions of qdd), where gravity is along the first axis,
 # and where it may have any direction.
@@ -58,7 +58,8 @@ def test_matrix_code_has_the_product_of_its_shapes():
 
 def test_the_documented_table_is_the_commands():
     document = Path(__file__).parents[2] / 'docs' / 'closed_form.md'
-    answer = subprocess.run([sys.executable, '-m', 'baxter_dynamics_ros.closed_form', 'sizes'],
-                            capture_output=True, text=True, timeout=120, check=True)
+    answer = subprocess.run([sys.executable, '-m', 'tools.closed_form', 'sizes'],
+                            capture_output=True, text=True, timeout=120, check=True,
+                            cwd=Path(__file__).parents[2])
     assert answer.stdout.startswith('| form |')
     assert answer.stdout in document.read_text(encoding='utf-8')

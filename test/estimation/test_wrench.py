@@ -2,7 +2,6 @@
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.wrench import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
-from baxter_dynamics_ros.model.hand import HandKinematics
 from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.model.parameters import paper_parameters
 from baxter_dynamics_ros.simulation.trajectories import PERIODS, HandTrajectory
@@ -34,11 +33,11 @@ singular = pytest.mark.parametrize('q', SINGULAR.values(), ids=SINGULAR.keys())
 
 @pytest.fixture
 def hand(arm):
-    return HandKinematics(arm.parameters, arm.mount)
+    return arm
 
 
 def mounted(side='right'):
-    return HandKinematics(paper_parameters(), mount(side))
+    return BaxterArm(mount=mount(side))
 
 
 def vector(wrench):

@@ -64,7 +64,7 @@ def test_mass_on_a_joints_axis_belongs_to_the_link_before(link):
         pseudo[owner] += 0.8 * np.outer(point, point)
         moved.append(base_parameters.base_parameters(arm.parameters, pseudo))
     np.testing.assert_allclose(moved[0], moved[1], **EXACT)
-    assert np.abs(moved[0] - arm.dynamics.constants[:45]).max() > 1e-3 or link == 1
+    assert np.abs(moved[0] - arm.closed_form_parameters[:45]).max() > 1e-3 or link == 1
 
 
 def test_names_are_one_for_each():

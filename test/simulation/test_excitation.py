@@ -12,12 +12,12 @@ import pytest
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.simulation import excitation_search  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402
+from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402, I100
     DURATION, ExcitingTrajectory, motion, series)
 from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import MIRROR, HandTrajectory  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory, MIRROR  # noqa: E402
+from tools import excitation_search  # noqa: E402
 
 STEP = 0.01  # [s]
 TIME = np.arange(0.0, DURATION + STEP / 2, STEP)

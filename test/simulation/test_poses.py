@@ -3,10 +3,10 @@
 from baxter_dynamics_ros import BaxterArm, Payload
 from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT
 from baxter_dynamics_ros.simulation import poses
-from baxter_dynamics_ros.simulation.excitation_search import clearance
 from baxter_dynamics_ros.simulation.trajectories import MIRROR
 import numpy as np
 import pytest
+from tools.excitation_search import clearance
 
 PERIOD = 0.01  # [s]
 LAP = poses.PERIOD / 2  # [s]

@@ -1,7 +1,7 @@
 r"""
 The Lagrange-Euler dynamics in body frames: the smallest exact form, written once.
 
-Scalars are floats, NumPy arrays or symbols; :mod:`.frames` tells the body frames. With <X, Y> =
+Scalars are floats, NumPy arrays or symbols; :mod:`.frames` defines the body frames. With <X, Y> =
 Tr(X Y^T), and the twists xi, V, dxi/dt, the accelerations A and the sums H and B of
 :mod:`baxter_dynamics_ros.model.composite`, let
 
@@ -30,6 +30,7 @@ from functools import cached_property
 
 from .frames import (add, Affine, apply, Frames, N, PseudoInertia, Rows, Scalar, Scalars, Twist,
                      Vector, Wrench, ZERO)
+from .hand import Hand
 from .linear import solve
 from .matrices import (about_axis, Acceleration, acceleration, acceleration_wrench,
                        axis_moment_of_transpose, axis_wrench, change_on, change_with_axis,
@@ -52,14 +53,19 @@ class Formulation:
     links : sequence of 7 PseudoInertia
         Base parameters in body frames [kg m^2, kg m].
     up : tuple of 3 scalars
-        Minus the gravity vector in frame {0} [m/s^2]: a base accelerated so feels the same.
+        Minus the gravity vector in frame {0} [m/s^2]: the acceleration of a base without gravity
+        that loads the arm alike.
+    hand : Hand
+        The kinematics of the hand.
 
     """
 
-    def __init__(self, frames: Frames, links: Sequence[PseudoInertia], up: Vector) -> None:
+    def __init__(self, frames: Frames, links: Sequence[PseudoInertia], up: Vector,
+                 hand: Hand) -> None:
         self.frames = frames
         self.links = links
         self.up = up
+        self.hand = hand
 
     @cached_property
     def composites(self) -> list[PseudoInertia]:

@@ -1,15 +1,14 @@
-"""How the exciting trajectory was found: what it must keep clear of, and what it must show."""
+"""Search for the exciting trajectory: its limits, and how well it identifies the parameters."""
 
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.arrays import Array
+from baxter_dynamics_ros.model.composite import CompositeDynamics
+from baxter_dynamics_ros.model.effort import COULOMB_VELOCITY, DAHL_LENGTH
+from baxter_dynamics_ros.model.joints import (JOINTS, mount, N_JOINTS, POSITION_LOWER,
+                                              POSITION_UPPER, S1, VELOCITY_LIMIT)
+from baxter_dynamics_ros.model.presliding import Presliding
+from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION, motion, Series
 import numpy as np
-
-from .exciting_trajectory import DURATION, motion, Series
-from ..model.arm import BaxterArm
-from ..model.arrays import Array
-from ..model.composite import CompositeDynamics
-from ..model.effort import COULOMB_VELOCITY, DAHL_LENGTH
-from ..model.joints import (JOINTS, mount, N_JOINTS, POSITION_LOWER, POSITION_UPPER, S1,
-                            VELOCITY_LIMIT)
-from ..model.presliding import Presliding
 
 # Limits of the joints' motion.
 LOWER, UPPER = POSITION_LOWER + 0.1, POSITION_UPPER - 0.1  # [rad]

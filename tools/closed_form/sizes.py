@@ -1,12 +1,13 @@
 """
 How large each form of M, C and G is: from the paper's expanded equations to ours.
 
-``python -m baxter_dynamics_ros.closed_form sizes`` prints the table.
+``python -m tools.closed_form sizes`` prints the table.
 """
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from baxter_dynamics_ros.model import paper_tables
 import casadi
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from .derivation import program_of, trace
 from .frames import N, Rows, Scalar, Scalars
 from .program import Program
 from .quantities import QUANTITIES, Quantity
-from ..model import paper_tables
 
 Objects = NDArray[np.object_]
 _Symbols = dict[tuple[int, int, int], Scalar]

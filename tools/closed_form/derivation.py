@@ -1,18 +1,18 @@
 """
 From a quantity to its program: the formulation, run on CasADi's symbols.
 
-CasADi does the algebra (structural zeros and ones, constants).
+CasADi does the algebra (structural zeros and ones, parameters).
 """
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 import casadi
 
 from .frames import N, Scalar, Scalars
 from .program import Program, Value
-from .quantities import CONSTANTS, formulate, ONLY_TILTED, Quantity
-from ..model.exceptions import BaxterDynamicsError
+from .quantities import formulate, ONLY_TILTED, PARAMETERS, Quantity
 
 
 def program_of(quantity: Quantity, tilted: bool) -> Program:
@@ -29,12 +29,12 @@ def program_of(quantity: Quantity, tilted: bool) -> Program:
 
     """
     vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
-    constants = {name: 0 if name in ONLY_TILTED and not tilted else casadi.SX.sym(name)
-                 for name in CONSTANTS}
-    formulation = formulate(vectors['sin_q'], vectors['cos_q'], constants)
+    parameters = {name: 0 if name in ONLY_TILTED and not tilted else casadi.SX.sym(name)
+                 for name in PARAMETERS}
+    formulation = formulate(vectors['sin_q'], vectors['cos_q'], parameters)
     values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))
     symbols = [symbol for vector in vectors.values() for symbol in vector]
-    symbols += [value for value in constants.values() if isinstance(value, casadi.SX)]
+    symbols += [value for value in parameters.values() if isinstance(value, casadi.SX)]
     return trace(symbols, _flat(values))
 
 

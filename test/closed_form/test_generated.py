@@ -1,0 +1,31 @@
+"""The committed files are what the generator writes, and the Python file computes the formulation."""
+
+from baxter_dynamics_ros.model import _closed_form
+import numpy as np
+import pytest
+
+pytest.importorskip('casadi', reason='needed to generate: pip install casadi')
+from tools.closed_form.__main__ import generated  # noqa: E402, I100
+from tools.closed_form.quantities import formulate, PARAMETERS, QUANTITIES  # noqa: E402
+
+
+@pytest.mark.parametrize('quantity', QUANTITIES.values(), ids=QUANTITIES)
+def test_each_function_computes_the_formulation(quantity, rng):
+    parameters = rng.normal(size=len(PARAMETERS))
+    parameters[PARAMETERS.index('izz1')] += 1e3  # for qdd: M is regular
+    angles, *rest = rng.normal(size=(1 + len(quantity.inputs), 7))
+    result = getattr(_closed_form, quantity.name)(np.sin(angles), np.cos(angles), *rest,
+                                                  parameters)
+    formulation = formulate(np.sin(angles), np.cos(angles), dict(zip(PARAMETERS, parameters)))
+    expected = quantity.compute(formulation, *rest)
+    expected = expected if isinstance(expected, tuple) else (expected,)
+    expected = np.concatenate([np.ravel(part) for part in expected])
+    np.testing.assert_allclose(result, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_regenerated_files_are_the_same():
+    texts = generated()
+    assert {path.suffix for path in texts} == {'.py', '.c', '.h'}
+    for path, text in texts.items():
+        assert path.read_text(encoding='utf-8') == text, (
+            f'{path.name} is out of date: run python -m tools.closed_form')
