@@ -83,6 +83,13 @@ class ContactDetector:
                  samples: int = SAMPLES, hysteresis: float = HYSTERESIS,
                  limit: Sequence[float] = LIMIT, memory: float = MEMORY,
                  settling: float = SETTLING) -> None:
+        self._variance: list[float] = []  # of free motion's distance from the bias [N^2 m^2]
+        self.configure(floor, sigmas, samples, hysteresis, limit, memory, settling)
+        self.reset()
+
+    def configure(self, floor: Sequence[float], sigmas: float, samples: int, hysteresis: float,
+                  limit: Sequence[float], memory: float, settling: float) -> None:
+        """Change the settings; contact and everything learned stay."""
         # A stream asks for them again and again: lists are faster than arrays of seven.
         self._floor = [float(x) for x in floor]
         self._limit = [max(x, float(y)) for x, y in zip(self._floor, limit)]
@@ -91,7 +98,19 @@ class ContactDetector:
         self._hysteresis = hysteresis
         self._memory = memory
         self._settling = settling
-        self.reset()
+        self._threshold = [min(max(sigmas * sqrt(square), floor), limit) for square, floor, limit
+                           in zip(self._variance, self._floor, self._limit)]
+
+    def rebase(self, change: Array) -> None:
+        """
+        Account for a change of the model by which the external torque steps (7,) [N m].
+
+        In free motion the bias steps with it. In contact it stays: a load that the new model
+        includes ends contact.
+        """
+        if self._has_bias and not self.in_contact:
+            self._bias = [min(max(x, -limit), limit)
+                          for x, limit in zip((self.bias + change).tolist(), self._limit)]
 
     @property
     def duration(self) -> float:
@@ -100,8 +119,8 @@ class ContactDetector:
 
     @property
     def is_settling(self) -> bool:
-        """Return whether the observer has only begun, so that nothing is contact yet."""
-        return self._to_settle > 0.0
+        """Whether contact is unknown: the observer settles, or its first samples are judged."""
+        return self._is_undecided
 
     @property
     def has_learnt(self) -> bool:
@@ -133,15 +152,18 @@ class ContactDetector:
         self._threshold = [_PRIOR * floor for floor in self._floor]
         self._variance = [(threshold / self._sigmas) ** 2 for threshold in self._threshold]
         self._learnt = 0.0  # free motion that sigma is made of [s]
+        self.in_contact = False
         self.restart()
 
     def restart(self) -> None:
-        """Begin a new stream: no contact, no bias yet; sigma stays."""
+        """Start a new stream: unknown until the observer has settled; sigma and contact stay."""
         self._to_settle = self._settling  # [s]
-        self._bias = [0.0] * N_JOINTS
-        self._has_bias = False
-        self._followed = 0.0  # free motion that the bias is made of [s]
-        self._end()
+        self._is_undecided = True
+        if not self.in_contact:
+            self._bias = [0.0] * N_JOINTS
+            self._has_bias = False
+            self._followed = 0.0  # free motion that the bias is made of [s]
+            self._end()
 
     def update(self, dt: float, r: Array, q: Array) -> bool:
         """
@@ -165,6 +187,7 @@ class ContactDetector:
                 self._take_bias(values)
             off = [x - b if x > b else b - x for x, b in zip(values, self._bias)]
             if self.in_contact:
+                self._is_undecided = False
                 self._moved = self._moved or bool((abs(q - self._from) > _MOVED).any())
                 self._stay(dt, values, off)
             elif any(map(float.__gt__, off, self._threshold)):
@@ -173,6 +196,7 @@ class ContactDetector:
             else:
                 if self._on_the_way:
                     self._end()
+                self._is_undecided = False
                 self._learn(dt, values)
         return self.in_contact
 
@@ -214,6 +238,7 @@ class ContactDetector:
             if in_a_row or dt >= _SPAN and off[i] > _FAR * threshold:
                 self.in_contact = True
         if self.in_contact:
+            self._is_undecided = False
             self._joints = list(map(float.__gt__, off, self._threshold))
 
     def _stay(self, dt: float, values: list[float], off: list[float]) -> None:

@@ -1,4 +1,6 @@
-"""Whether a sample continues the stream, starts it anew, or does not belong to it."""
+"""Check that each sample continues the stream; find resets and stray messages."""
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -6,38 +8,56 @@ from .events import DROPPED, Event
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS, VELOCITY_LIMIT
 
-GAP = 0.25  # longer between two stamps [s]: the filter starts anew
-CLOCK_JUMP = 0.5  # stamps that run back this far [s] belong to another clock
-MAX_OUT_OF_ORDER = 5  # late messages in a row, after which the stream is believed instead
-JUMP_MARGIN = 0.02  # [rad] allowed on top of 1.5 times the greatest joint speed
-_MARGIN = np.full(N_JOINTS, JUMP_MARGIN)  # compares faster than a number
-# Stamps closer than the robot's greatest rate of 800 Hz allows are times of arrival: what they
-# stamp may be this far apart in truth [s].
+GAP = 0.25  # longest time between two stamps before the filters restart [s]
+CLOCK_JUMP = 0.5  # stamps this far from the last one [s] belong to another clock
+MAX_IN_A_ROW = 5  # consecutive messages dropped before the stream restarts with the next
+JUMP_MARGIN = 0.02  # position change that is never a jump [rad]
+# Stamps closer than the robot's highest rate of 800 Hz allows are times of arrival: the samples
+# may be this far apart [s].
 SHORTEST_PERIOD = 0.001
 UNKNOWN_PERIOD = 0.03
+_MARGIN = np.full(N_JOINTS, JUMP_MARGIN)  # faster to compare with than a float
+# A joint may be this much faster or slower than measured. The published velocity spans 22 ms and
+# lags by 14 ms; a wrist joint that is hit at the hand with 200 N gains 4 rad/s in that time.
+_UNMEASURED = 1.5 * VELOCITY_LIMIT  # [rad/s]
+_STILL = np.zeros(N_JOINTS)  # [rad/s]
+_TO_CONFIRM = (Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP, Event.RESET_VELOCITY_SOURCE)
+
+
+class _Reading(NamedTuple):
+    """One sample; arrays (7,) in joint order."""
+
+    stamp_ns: int
+    q: Array  # [rad]
+    qd: Array | None  # [rad/s]
+    effort: Array | None  # [N m]
+    slope: Array  # measured velocity; without one the last change of position [rad/s]
 
 
 class Continuity:
     """
-    Remembers the last sample that was taken in and judges the next against it.
+    Compare each sample with the last one that was accepted.
+
+    A position jump, a stamp 0.5 s or more from the last, and a velocity that appears or
+    disappears restart the stream only once the next message confirms it. A single stray message,
+    from another publisher for example, is dropped.
 
     Attributes
     ----------
     repeated : bool
-        Whether the sample that was judged last came at once after the one before, with its data.
+        Whether the last sample had the data of the one before and came less than 1 ms later.
 
     """
 
     def __init__(self) -> None:
         self.repeated = False
-        # Stamp [ns], q, qd, effort.
-        self._last: tuple[int, Array, Array | None, Array | None] | None = None
-        self._out_of_order = 0
+        self.forget()
 
     def forget(self) -> None:
-        """Take whatever comes next as a beginning."""
-        self._last = None
-        self._out_of_order = 0
+        """Accept the next sample as the first one."""
+        self._last: _Reading | None = None
+        self._unconfirmed: _Reading | None = None
+        self._dropped = 0  # consecutive out-of-order and unconfirmed messages
 
     def judge(self, stamp_ns: int, q: Array, qd: Array | None, effort: Array | None,
               period: float | None = None) -> 'Event | None':
@@ -53,50 +73,83 @@ class Continuity:
         qd, effort : ndarray (7,) or None
             Velocity [rad/s] and effort [N m].
         period : float, optional
-            How far apart samples are in truth, where stamps are times of arrival [s].
+            True period of the samples, where stamps are times of arrival [s].
 
         Returns
         -------
         Event or None
-            OUT_OF_ORDER or DUPLICATE: drop it. REPEATED_STAMP: new data at the last stamp.
-            RESET_...: start anew with it. None: it continues the stream, or begins it.
+            OUT_OF_ORDER, DUPLICATE or UNCONFIRMED: drop it. REPEATED_STAMP: new data at the last
+            stamp. RESET_...: restart with it. None: it continues the stream, or is the first.
 
         """
-        event = self._verdict(stamp_ns, q, qd, effort, period)
+        reading = _Reading(stamp_ns, q, qd, effort, _STILL if qd is None else qd)
+        event, self.repeated = None, False
+        if self._last is not None:
+            event = self._confirmed(self._compare(self._last, reading, period), reading, period)
         if event is None or event not in DROPPED:
-            self._last = (stamp_ns, q, qd, effort)
-            self._out_of_order = 0
+            if qd is None and event in (None, Event.REPEATED_STAMP):
+                reading = reading._replace(slope=self._slope(reading))
+            self._last, self._unconfirmed, self._dropped = reading, None, 0
         return event
 
-    def _verdict(self, stamp_ns: int, q: Array, qd: Array | None, effort: Array | None,
-                 period: float | None) -> Event | None:
-        self.repeated = False
-        if self._last is None:
-            return None
-        last_stamp, last_q, last_qd, last_effort = self._last
-        dt = (stamp_ns - last_stamp) * 1e-9
+    def _confirmed(self, event: Event | None, reading: _Reading,
+                   period: float | None) -> Event | None:
+        """Return the event, or the reason to drop a message that the next one must confirm."""
+        if event is Event.OUT_OF_ORDER:
+            self._dropped += 1
+            return event if self._dropped < MAX_IN_A_ROW else Event.RESET_CLOCK_JUMP
+        far = event is Event.RESET_GAP and self._since_last(reading) >= CLOCK_JUMP
+        if not far and event not in _TO_CONFIRM:
+            return event
+        before, self._unconfirmed = self._unconfirmed, reading
+        if before is not None:
+            repeats = self._compare(before, reading, period)
+            if repeats in (None, Event.REPEATED_STAMP, Event.RESET_GAP):
+                return event
+            if repeats is Event.DUPLICATE:
+                return repeats
+        self._dropped += 1
+        return Event.UNCONFIRMED if self._dropped < MAX_IN_A_ROW else event
+
+    def _compare(self, last: _Reading, now: _Reading, period: float | None) -> Event | None:
+        """Return how a sample differs from an earlier one; None where it continues it."""
+        dt = (now.stamp_ns - last.stamp_ns) * 1e-9
         if dt > GAP:
             return Event.RESET_GAP
         if dt < 0.0:
-            self._out_of_order += 1
-            if -dt >= CLOCK_JUMP or self._out_of_order >= MAX_OUT_OF_ORDER:
-                return Event.RESET_CLOCK_JUMP
-            return Event.OUT_OF_ORDER
+            return Event.RESET_CLOCK_JUMP if -dt >= CLOCK_JUMP else Event.OUT_OF_ORDER
         if dt < SHORTEST_PERIOD:
-            self.repeated = (_same(q, last_q) and _same(qd, last_qd)
-                             and _same(effort, last_effort))
+            self.repeated = (_same(now.q, last.q) and _same(now.qd, last.qd)
+                             and _same(now.effort, last.effort))
             if dt == 0.0 and self.repeated:
                 return Event.DUPLICATE
-        if (qd is None) != (last_qd is None):
+        if (now.qd is None) != (last.qd is None):
             return Event.RESET_VELOCITY_SOURCE
-        moved = np.abs(q - last_q)
-        if np.count_nonzero(moved > _MARGIN):  # else it is no jump, whatever the period
+        moved = now.q - last.q
+        if np.count_nonzero(np.abs(moved) > _MARGIN):  # else it is no jump, whatever the period
             if period is None and dt < SHORTEST_PERIOD:
                 period = UNKNOWN_PERIOD
-            period = max(dt, period or 0.0)
-            if np.count_nonzero(moved - _MARGIN > (1.5 * period) * VELOCITY_LIMIT):
+            if _jumps(moved, last.slope, now.slope, max(dt, period or 0.0)):
                 return Event.RESET_POSITION_JUMP
         return Event.REPEATED_STAMP if dt == 0.0 else None
+
+    def _since_last(self, reading: _Reading) -> float:
+        """Return the time since the last accepted sample [s]; zero where there is none."""
+        return 0.0 if self._last is None else (reading.stamp_ns - self._last.stamp_ns) * 1e-9
+
+    def _slope(self, reading: _Reading) -> Array:
+        """Return the change of position since the last accepted sample (7,) [rad/s]."""
+        dt = self._since_last(reading)
+        if self._last is None:
+            return _STILL
+        return (reading.q - self._last.q) / dt if dt >= SHORTEST_PERIOD else self._last.slope
+
+
+def _jumps(moved: Array, before: Array, now: Array, dt: float) -> bool:
+    """Return whether a change of position (7,) [rad] contradicts the velocities (7,) [rad/s]."""
+    slowest, fastest = np.minimum(before, now), np.maximum(before, now)
+    allowed = _MARGIN + dt * _UNMEASURED
+    return bool(((moved > fastest * dt + allowed) | (moved < slowest * dt - allowed)).any())
 
 
 def _same(a: Array | None, b: Array | None) -> bool:

@@ -18,6 +18,7 @@ class Event(Enum):
     IMPLAUSIBLE = 'implausible'
     OUT_OF_ORDER = 'out_of_order'
     DUPLICATE = 'duplicate'
+    UNCONFIRMED = 'unconfirmed'
     REPEATED_STAMP = 'repeated_stamp'
     RESET_GAP = 'reset_gap'
     RESET_CLOCK_JUMP = 'reset_clock_jump'
@@ -35,7 +36,8 @@ class Event(Enum):
 
 # The message is dropped.
 DROPPED = (Event.NOT_THIS_ARM, Event.INCOMPLETE_ARM, Event.DUPLICATE_JOINT, Event.LENGTH_MISMATCH,
-           Event.NON_FINITE, Event.IMPLAUSIBLE, Event.OUT_OF_ORDER, Event.DUPLICATE)
+           Event.NON_FINITE, Event.IMPLAUSIBLE, Event.OUT_OF_ORDER, Event.DUPLICATE,
+           Event.UNCONFIRMED)
 # The filter starts anew.
 RESETS = (Event.RESET_GAP, Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP,
           Event.RESET_VELOCITY_SOURCE, Event.RESET_RETIMED, Event.RESET_RESYNC,
@@ -56,6 +58,9 @@ REMEDIES = {
         'rad/s, N m?',
     Event.OUT_OF_ORDER: 'stamps run backwards: is there a second publisher on the topic?',
     Event.DUPLICATE: 'the same message arrives twice: is the topic bridged twice?',
+    Event.UNCONFIRMED:
+        'messages that do not continue the stream are dropped until the next one confirms them: '
+        'is there a second publisher on the topic?',
     Event.REPEATED_STAMP:
         'several messages bear one stamp, as times of arrival do: the parameter stamps at auto '
         're-times them once that is certain, arrival from the start',

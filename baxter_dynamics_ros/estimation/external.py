@@ -6,6 +6,7 @@ import numpy as np
 
 from .arm_model import ArmModel
 from .contact import ContactDetector
+from .continuity import GAP
 from .delay_line import DelayLine
 from .observer import MomentumObserver
 from .stream import Sample
@@ -14,6 +15,8 @@ from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 from ..model.presliding import Presliding
 
+LOWEST_RATE = 15.0  # of samples, below which contact is not reported [Hz]
+_RATE_TIME = 1.0  # over which the rate is averaged [s]
 _ZERO = np.zeros(N_JOINTS)
 
 
@@ -24,7 +27,7 @@ class External(NamedTuple):
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
     effort: Array  # external torque tau_ext [N m], in the direction of positive q
-    contact: bool  # whether something beyond the model pushes
+    contact: 'bool | None'  # None while it is unknown
 
 
 class ExternalEffort:
@@ -54,16 +57,17 @@ class ExternalEffort:
     """
 
     def __init__(self, model: ArmModel, gain: float, **contact: Any) -> None:
-        self._gain: float | None = None
-        self.tune(gain, **contact)
+        self._observer = MomentumObserver(gain)
+        self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
         self.latest: External | None = None
         self._model = model
         self._history = DelayLine()
         self._presliding = Presliding(model.effort_model.dahl_length)
+        self._rate = 0.0  # of the samples [Hz]; zero while unknown
         self._t = 0.0  # of the newest sample, since the stream's beginning [s]
-        # When the newest estimate is for, on the same clock [s], and q and qd of that.
+        # Time of the newest estimate on the same clock [s], and its q, qd and measured effort.
         self._then: float | None = None
-        self._state: tuple[Array, Array] | None = None
+        self._state: tuple[Array, Array, Array] | None = None
 
     def reset(self) -> None:
         """Forget the stream, and what free motion is like."""
@@ -71,26 +75,21 @@ class ExternalEffort:
         self.detector.reset()
 
     def configure(self, model: ArmModel) -> None:
-        """
-        Change the model in mid-stream.
-
-        tau_ext goes on from where it is, towards what the new model makes it; what free motion is
-        like is learnt anew.
-        """
-        if self._state is not None:
-            self._observer.rebase(model.momentum_terms(*self._state)[0]
-                                  - self._model.momentum_terms(*self._state)[0])
-        if not self._model.effort_model.has_dahl:
+        """Change the model in mid-stream: the external torque and its bias step to the new one."""
+        before, self._model = self._model, model
+        if not before.effort_model.has_dahl:
             self._presliding.reset()  # it stood still
-        self._model = model
         self._presliding.length = model.effort_model.dahl_length
-        self.detector.reset()
+        if self._state is not None:
+            (old_momentum, old_rate), (momentum, rate) = (
+                self._balance(each, *self._state) for each in (before, model))
+            self._observer.rebase(momentum - old_momentum, old_rate - rate)
+            self.detector.rebase(old_rate - rate)
 
     def tune(self, gain: float, **contact: Any) -> None:
-        """Change the detector, which learns anew, and the observer, where its gain changes."""
-        if gain != self._gain:
-            self._gain, self._observer, self._then = gain, MomentumObserver(gain), None
-        self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
+        """Change the observer's gain and the detector's settings in mid-stream."""
+        self._observer.gain = gain
+        self.detector.configure(settling=self._observer.settling_time, **contact)
 
     def update(self, sample: Sample, qd: Array, lag: float) -> 'External | None':
         """
@@ -117,36 +116,55 @@ class ExternalEffort:
             self._restart()
         else:
             self._t += sample.dt
+            self._count(sample.dt)
         self._history.append(self._t, state.q, state.effort)
         self.latest = None
         if sample.dt == 0.0 and not sample.begins:
             return None
         now = self._history.at(self._t - lag)
+        then = self._t - lag
+        if self._then is not None and then - self._then > GAP:
+            self._then = self._state = None
+            self.detector.restart()
         if now is None or now[1] is None:
-            if self._then is not None:
-                self._then = self._state = None
-                self.detector.restart()
             return None
         q, measured = now[0], now[1]
-        model = self._model.effort_model
-        presliding = self._presliding.update(q) if model.has_dahl else None
-        tau = measured - model.effort(_ZERO, q, qd, _ZERO, presliding)
-        momentum, coriolis, gravity = self._model.momentum_terms(q, qd)
-        then = self._t - lag
+        if self._model.effort_model.has_dahl:
+            self._presliding.update(q)
+        momentum, rate = self._balance(self._model, q, qd, measured)
         if self._then is None:
             self._observer.reset()
             self._then = then
-        effort = self._observer.update(then - self._then, momentum, tau + coriolis - gravity)
-        self._then, self._state = then, (q, qd)
+        effort = self._observer.update(max(then - self._then, 0.0), momentum, rate)
+        self._then, self._state = then, (q, qd, measured)
         contact = self.detector.update(sample.dt, effort, q)
+        known = not self.detector.is_settling and not self.is_too_slow
         for array in (q, qd, effort):
             array.setflags(write=False)
-        self.latest = External(state.stamp_ns - round(lag * 1e9), q, qd, effort, contact)
+        self.latest = External(state.stamp_ns - round(lag * 1e9), q, qd, effort, contact if known else None)
         return self.latest
+
+    @property
+    def is_too_slow(self) -> bool:
+        """Whether samples are too far apart to detect contact."""
+        return 0.0 < self._rate < LOWEST_RATE
 
     def wrench(self, external: External) -> 'HandWrench | None':
         """Return the wrench at the hand that explains tau_ext best, or None near singularities."""
         return hand_wrench(self._model.jacobian(external.q), external.effort)
+
+    def _balance(self, model: ArmModel, q: Array, qd: Array,
+                 measured: Array) -> tuple[Array, Array]:
+        """Return the momentum [N m s] and its rate without external torque [N m], (7,) each."""
+        effort = model.effort_model
+        presliding = self._presliding.z if effort.has_dahl else None
+        tau = measured - effort.effort(_ZERO, q, qd, _ZERO, presliding)
+        momentum, coriolis, gravity = model.momentum_terms(q, qd)
+        return momentum, tau + coriolis - gravity
+
+    def _count(self, dt: float) -> None:
+        """Average the rate of the samples."""
+        self._rate += (1.0 - self._rate * dt) / (dt + _RATE_TIME if self._rate else dt or np.inf)
 
     def _restart(self) -> None:
         self._t = 0.0

@@ -28,35 +28,42 @@ class MomentumObserver:
 
     Attributes
     ----------
+    gain : float
+        K [1/s]; may be changed between two samples.
     r : ndarray (7,) or None
         The newest estimate of tau_ext [N m]; None before the first sample.
-    settling_time : float
-        Time in which what the observer began with decays to 1 % [s].
 
     """
 
     def __init__(self, gain: float = GAIN) -> None:
-        self._gain = gain
-        self.settling_time = log(100.0) / gain
+        self.gain = gain
         self.reset()
+
+    @property
+    def settling_time(self) -> float:
+        """Time in which the initial error decays to 1 % [s]."""
+        return log(100.0) / self.gain
 
     def reset(self) -> None:
         """Forget all samples: the next is the first, with r = 0."""
         self._momentum: Array = np.zeros(0)  # at the last sample [N m s]
         self.r: Array | None = None
 
-    def rebase(self, change: Array) -> None:
+    def rebase(self, momentum: Array, r: Array) -> None:
         """
-        Let the model change between two samples, so that r goes on from where it is.
+        Change the model between two samples.
 
         Parameters
         ----------
-        change : ndarray (7,)
-            What the new model's momentum has beyond the old one's at the last sample [N m s].
+        momentum : ndarray (7,)
+            Difference of the new model's momentum to the old one's at the last sample [N m s].
+        r : ndarray (7,)
+            Difference of the external torque by the new model to the one by the old [N m].
 
         """
         if self.r is not None:
-            self._momentum = self._momentum + change
+            self._momentum = self._momentum + momentum
+            self.r = self.r + r
 
     def update(self, dt: float, momentum: Array, rate: Array) -> Array:
         """
@@ -77,7 +84,7 @@ class MomentumObserver:
             self.r = np.zeros(len(momentum))
         else:
             # r = K (p - p_hat) and p_hat = p_hat_last + (rate + r) dt, where p_hat = p - r / K
-            gain = self._gain
+            gain = self.gain
             lacking = momentum - self._momentum - dt * rate  # [N m s]
             self.r = (self.r + gain * lacking) * (1.0 / (1.0 + gain * dt))
         self._momentum = momentum

@@ -105,10 +105,14 @@ class Predictor:
         if self.external is not None:
             self.external.configure(model)
 
-    def restart(self, estimator: MotionEstimator, stamps: str) -> None:
-        """Change how the stream is read, which begins anew; the counts stay."""
-        self.stream.reset(stamps)
+    def replace_estimator(self, estimator: MotionEstimator) -> None:
+        """Change the filter in mid-stream: predictions are withheld until it has settled."""
         self.estimator = estimator
+        self.prediction = None
+
+    def restart(self, stamps: str) -> None:
+        """Change the mode of the stamps, which restarts the stream; the counts stay."""
+        self.stream.reset(stamps)
         self._restart()
 
     def reset(self) -> None:

@@ -29,8 +29,8 @@ from ..model.parameters import link_parameters, Payload
 from ..model.tilt import gravity_in_base
 from ..model.validation import finite, number
 
-# Groups of settings, or single ones, that say how the stream is read, and what the arm is.
-_STREAM = ('stamps', 'align', 'acceleration')
+# Groups of settings, or single ones, of the acceleration filter and of the arm's model.
+_ESTIMATOR = ('align', 'acceleration')
 _MODEL = ('method', 'effort_model', 'gravity', 'base', 'payload', 'links')
 
 METHODS = ('lagrange_euler', 'newton_euler')
@@ -235,8 +235,10 @@ class PredictorSettings:
             return any(self._group(group) != before._group(group) for group in groups)
         if changed(*_MODEL):
             predictor.configure(self.model)
-        if changed(*_STREAM):
-            predictor.restart(self._estimator(), self.values['stamps'])
+        if changed(*_ESTIMATOR):
+            predictor.replace_estimator(self._estimator())
+        if changed('stamps'):
+            predictor.restart(self.values['stamps'])
         if predictor.external is not None and changed('external_effort', 'contact'):
             predictor.external.tune(**self._group('external_effort'), **self._group('contact'))
 

@@ -132,7 +132,7 @@ class Arm:
         if self._external.get_subscription_count():
             self._prepare(external)
             self._publish(self._external, external.effort)
-        if self._contact.get_subscription_count():
+        if external.contact is not None and self._contact.get_subscription_count():
             self._bool.data = external.contact
             self._contact.publish(self._bool)
         if self._wrench.get_subscription_count():

@@ -4,6 +4,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from .arm_publisher import Arm
 from ..estimation.events import DROPPED, Event, NO_EFFORT, REMEDIES, RESETS
+from ..estimation.external import LOWEST_RATE
 from ..model.arrays import Bools
 from ..model.joints import JOINTS
 
@@ -43,8 +44,9 @@ SAYS = {
     'no measurement': 'nothing measured',
     'residual': 'RMS of measured - predicted effort',
     'no residual': 'no residual in the last period',
-    'beginning': 'the observer begins: external effort rises from zero, and nothing is contact '
-                 'yet',
+    'beginning': 'the momentum observer is settling: contact is not published yet',
+    'too slow': 'no contact output: under {needed:g} joint states a second are too few to detect '
+                'contact',
     'free': 'no contact',
     'learning': 'no contact; what free motion is like is still being learnt',
     'contact': 'contact: {joints}',
@@ -165,17 +167,20 @@ def _external(arm: Arm) -> DiagnosticStatus:
     joints = _named(detector.joints)
     if arm.age > STALE_AFTER or not arm.statistics.since('external'):
         status = _status('external', STALE, 'no external')
+    elif arm.external.is_too_slow:
+        status = _status('external', WARN, 'too slow', needed=LOWEST_RATE)
+    elif detector.is_settling:
+        status = _status('external', OK, 'beginning')
     elif detector.in_contact and detector.duration > LONG_CONTACT:
         status = _status('external', WARN, 'long contact', joints=joints)
     elif detector.in_contact:
         status = _status('external', OK, 'contact', joints=joints)
-    elif detector.is_settling:
-        status = _status('external', OK, 'beginning')
     else:
         status = _status('external', OK, 'free' if detector.has_learnt else 'learning')
     if arm.statistics.was_withheld:
         status.message += SAYS['withheld']
-    _add(status, 'contact', detector.in_contact)
+    unknown = status.level == STALE or arm.external.is_too_slow or detector.is_settling
+    _add(status, 'contact', 'unknown' if unknown else detector.in_contact)
     _add(status, 'contact for [s]', f'{detector.duration:.1f}')
     _add(status, 'joints in contact', joints)
     _add(status, 'joints in contact in the last period', _named(arm.statistics.touched))

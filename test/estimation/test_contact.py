@@ -224,11 +224,46 @@ def test_reset_forgets_everything():
             np.testing.assert_array_equal(getattr(used, name), getattr(new, name))
 
 
-def test_restart_forgets_the_stream_but_not_sigma(detector):
-    play(detector, still(1.0, REST + 2.0 * LIMIT))
+def test_contact_is_unknown_after_a_restart_and_then_goes_on_or_ends(detector):
+    for push in (0.8 * LIMIT, 0.0 * LIMIT):
+        assert play(detector, still(0.5, REST + 0.8 * LIMIT))[-1]
+        detector.restart()
+        play(detector, still(SETTLING - 0.02, REST + push))
+        assert detector.is_settling
+        found = play(detector, still(0.1, REST + push))
+        assert not detector.is_settling
+        assert found[-1] == (push > 0.0).any()
+
+
+def test_contact_is_unknown_until_the_first_samples_after_settling_are_judged():
+    detector, period = ContactDetector(), 0.002
+    for row in still(1.0, 2.0 * LIMIT, period):
+        assert detector.update(period, row, HOME) or detector.is_settling
+    assert not detector.is_settling
+
+
+def test_changed_settings_hold_at_once_and_forget_nothing(detector):
+    assert play(detector, still(0.5, REST + 2.0 * FLOOR))[-1]
+    bias, sigma = detector.bias, detector.sigma
+    detector.configure(1.5 * FLOOR, 3.6, 2, 0.7, LIMIT, 31.0, SETTLING)
+    np.testing.assert_array_equal(detector.threshold, np.minimum(1.5 * FLOOR, LIMIT))
+    np.testing.assert_array_equal((detector.bias, detector.sigma), (bias, sigma))
+    assert detector.update(PERIOD, REST + 2.0 * FLOOR, HOME)
+
+
+def test_a_changed_model_moves_the_bias_in_free_motion_alone(detector):
+    detector.rebase(0.5 * FLOOR)
+    np.testing.assert_allclose(detector.bias, REST + 0.5 * FLOOR)
+    assert not play(detector, still(0.5, REST + 0.5 * FLOOR)).any()
+    assert play(detector, still(0.5, REST + 3.0 * LIMIT))[-1]  # a load, which the model then has
+    detector.rebase(-3.0 * LIMIT)
+    np.testing.assert_allclose(detector.bias, REST + 0.5 * FLOOR)
+    assert not play(detector, still(0.1, REST + 0.5 * FLOOR))[-1]
+
+
+def test_restart_in_free_motion_forgets_the_bias_but_not_sigma(detector):
     sigma = detector.sigma
     detector.restart()
-    assert not detector.in_contact and not detector.joints.any()
     assert not play(detector, still(SETTLING + 0.02, REST + 0.3 * LIMIT)).any()
     np.testing.assert_allclose(detector.bias, REST + 0.3 * LIMIT)
     np.testing.assert_allclose(detector.sigma, sigma, rtol=0.01)

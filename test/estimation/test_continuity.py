@@ -1,4 +1,4 @@
-"""Which samples continue the stream, start it anew, or are dropped, to the border of each rule."""
+"""Which samples continue the stream, restart it or are dropped, to the limit of each rule."""
 
 from baxter_dynamics_ros.estimation.continuity import Continuity
 from baxter_dynamics_ros.estimation.events import Event
@@ -10,6 +10,7 @@ MS = 1_000_000  # [ns]
 Q = np.array([0.1, -0.5, 0.2, 1.0, -0.3, 0.4, 0.0])
 QD = np.full(7, 0.3)
 EFFORT = np.array([1.0, 20.0, 2.0, 8.0, 0.1, 0.5, 0.0])
+CONFIRMED = {event: [Event.UNCONFIRMED, event] for event in Event}
 GREATEST_SPEED = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])  # [rad/s]
 
 
@@ -38,14 +39,16 @@ def test_gap(continuity):
 
 def test_a_clock_far_ahead_is_left_again(continuity):
     day = 24 * 3600 * 1000 * MS
-    assert judge(continuity, day) is Event.RESET_GAP
-    assert judge(continuity, 10 * MS) is Event.RESET_CLOCK_JUMP
-    assert judge(continuity, 20 * MS) is None
+    assert judge(continuity, day) is Event.UNCONFIRMED
+    assert judge(continuity, 10 * MS) is None
+    assert [judge(continuity, day + k * MS) for k in (20, 30)] == CONFIRMED[Event.RESET_GAP]
+    assert [judge(continuity, k * MS) for k in (20, 30)] == CONFIRMED[Event.RESET_CLOCK_JUMP]
+    assert judge(continuity, 40 * MS) is None
 
 
 @pytest.mark.parametrize('late, event', [
     (1, Event.OUT_OF_ORDER), (100 * MS, Event.OUT_OF_ORDER), (500 * MS - 1, Event.OUT_OF_ORDER),
-    (500 * MS, Event.RESET_CLOCK_JUMP), (10_000 * MS, Event.RESET_CLOCK_JUMP)])
+    (500 * MS, Event.UNCONFIRMED), (10_000 * MS, Event.UNCONFIRMED)])
 def test_backwards(continuity, late, event):
     assert judge(continuity, -late) is event
 
@@ -55,9 +58,18 @@ def test_late_sample_is_not_remembered(continuity):
     assert judge(continuity, 240 * MS) is None  # 440 ms and -0.3 rad from the late one
 
 
-def test_sample_after_a_clock_jump_is_remembered(continuity):
-    assert judge(continuity, -600 * MS) is Event.RESET_CLOCK_JUMP
-    assert judge(continuity, -590 * MS) is None
+def test_a_stray_message_costs_one_message(continuity):
+    for k in range(1, 20):
+        for now, change in ((100 * k, {'q': Q + 0.5}), (100 * k + 20, {'qd': None})):
+            assert judge(continuity, now * MS, **change) is Event.UNCONFIRMED
+            assert judge(continuity, (now + 10) * MS) is None
+        assert judge(continuity, (100 * k - 600) * MS) is Event.UNCONFIRMED
+        assert judge(continuity, (100 * k + 40) * MS) is None
+
+
+def test_contradicting_messages_restart_the_stream_after_the_fifth(continuity):
+    events = [judge(continuity, 10 * k * MS, q=Q + 0.5 * k) for k in range(1, 11)]
+    assert events == 2 * (4 * [Event.UNCONFIRMED] + [Event.RESET_POSITION_JUMP])
 
 
 def test_the_fifth_late_sample_in_a_row_is_believed(continuity):
@@ -82,20 +94,35 @@ def test_a_clock_jump_restarts_the_count(continuity):
 @pytest.mark.parametrize('dt_ms', [0, 1e-3, 1, 10, 250])
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_position_jump(continuity, joint, dt_ms, sign):
-    # Stamps under 1 ms apart are times of arrival: the messages may be 30 ms apart in truth.
-    allowed = 1.5 * GREATEST_SPEED[joint] * (dt_ms if dt_ms >= 1 else 30) / 1000 + 0.02  # [rad]
-    moved = Q.copy()
+    # Stamps under 1 ms apart are times of arrival: the samples may be 30 ms apart.
+    dt = (dt_ms if dt_ms >= 1 else 30) / 1000
+    allowed = (sign * QD[joint] + 1.5 * GREATEST_SPEED[joint]) * dt + 0.02  # [rad]
+    moved = Q + QD * dt
     moved[joint] = Q[joint] + sign * allowed * (1 + 1e-9)
-    assert judge(continuity, int(dt_ms * MS), q=moved) is Event.RESET_POSITION_JUMP
-    continuity.forget()
-    judge(continuity, 0)
+    assert judge(continuity, int(dt_ms * MS), q=moved) is Event.UNCONFIRMED
     moved[joint] = Q[joint] + sign * allowed * (1 - 1e-9)
     assert judge(continuity, int(dt_ms * MS), q=moved) is (None if dt_ms else Event.REPEATED_STAMP)
 
 
+def test_a_move_that_agrees_with_the_velocity_is_no_jump(continuity):
+    fast = np.array([0.0, 0.0, 0.0, 0.0, 15.0, -20.0, 0.0])  # [rad/s]
+    assert judge(continuity, 10 * MS, q=Q + 0.01 * fast, qd=fast) is None
+    assert judge(continuity, 20 * MS, q=Q + 0.02 * fast, qd=-fast) is None
+    assert judge(continuity, 30 * MS, q=Q + 0.02 * fast + 0.2, qd=-fast) is Event.UNCONFIRMED
+
+
+def test_a_move_that_speeds_up_without_measured_velocity_is_no_jump():
+    continuity, q = Continuity(), Q.copy()
+    for k, speed in enumerate([0.0, 2.0, 4.0, 6.0, 8.0, 4.0, 0.0]):  # [rad/s]
+        q = q + 0.01 * speed
+        assert judge(continuity, 10 * k * MS, q=q, qd=None) is None
+    assert judge(continuity, 70 * MS, q=q + 0.3, qd=None) is Event.UNCONFIRMED
+
+
 def test_after_a_jump_the_stream_continues_from_there(continuity):
-    assert judge(continuity, 10 * MS, q=Q + 0.5) is Event.RESET_POSITION_JUMP
-    assert judge(continuity, 20 * MS, q=Q + 0.5) is None
+    events = [judge(continuity, k * MS, q=Q + 0.5) for k in (10, 20)]
+    assert events == CONFIRMED[Event.RESET_POSITION_JUMP]
+    assert judge(continuity, 30 * MS, q=Q + 0.5) is None
 
 
 @pytest.mark.parametrize('qd', [QD, None], ids=['velocity', 'no velocity'])
@@ -123,10 +150,11 @@ def test_same_data_at_a_new_stamp_continues(continuity):
 
 @pytest.mark.parametrize('after', [0, 10 * MS])
 def test_velocity_that_comes_or_goes_starts_anew(continuity, after):
-    assert judge(continuity, after, qd=None) is Event.RESET_VELOCITY_SOURCE
-    assert judge(continuity, after + 10 * MS, qd=None) is None
-    assert judge(continuity, after + 20 * MS) is Event.RESET_VELOCITY_SOURCE
-    assert judge(continuity, after + 30 * MS) is None
+    events = [judge(continuity, after + k * MS, qd=None) for k in (0, 10)]
+    assert events == CONFIRMED[Event.RESET_VELOCITY_SOURCE]
+    assert judge(continuity, after + 20 * MS, qd=None) is None
+    events = [judge(continuity, after + k * MS) for k in (30, 40)]
+    assert events == CONFIRMED[Event.RESET_VELOCITY_SOURCE]
 
 
 def test_effort_may_come_and_go(continuity):

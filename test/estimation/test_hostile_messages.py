@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.events import DROPPED, Event
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -12,8 +12,6 @@ MS = 1_000_000  # [ns]
 START = 1_700_000_000_000_000_000  # [ns]
 RIGHT = joint_names('right')
 EMPTY = np.empty(0)
-DROPS = (Event.NOT_THIS_ARM, Event.INCOMPLETE_ARM, Event.DUPLICATE_JOINT, Event.LENGTH_MISMATCH,
-         Event.NON_FINITE, Event.IMPLAUSIBLE, Event.OUT_OF_ORDER, Event.DUPLICATE)
 RESETS = (Event.RESET_GAP, Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP,
           Event.RESET_VELOCITY_SOURCE)
 
@@ -82,7 +80,7 @@ def test_hostile_messages(values):
             # Each message is dropped, for one reason, or taken; and if it is taken, it gives a
             # prediction or, while the filter settles and at a repeated stamp, none.
             assert now['received'] == 1
-            assert now['taken'] + sum(now[event] for event in DROPS) == 1
+            assert now['taken'] + sum(now[event] for event in DROPPED) == 1
             assert now['predicted'] == (prediction is not None) <= now['taken']
             assert now['predicted'] + sum(now[e] for e in (*RESETS, Event.REPEATED_STAMP)) <= 1
             if prediction is not None:
@@ -91,9 +89,10 @@ def test_hostile_messages(values):
                     prediction.effort))
                 assert prediction.residual is None or np.isfinite(prediction.residual).all()
     assert total == predictor.counts
-    assert total['received'] == total['taken'] + sum(total[event] for event in DROPS)
+    assert total['received'] == total['taken'] + sum(total[event] for event in DROPPED)
     assert total['predicted'] > 1000
-    assert all(total[event] for event in (*DROPS, *RESETS)), 'not hostile enough'
+    assert all(total[event] for event in DROPPED), 'not hostile enough'
+    assert sum(total[event] for event in RESETS) > 10
     for stamp, arrays in stream(60):  # and good ones find it well
         prediction = predictor.handle(stamp, RIGHT, *arrays)
     assert prediction.residual is not None

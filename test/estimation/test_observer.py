@@ -145,7 +145,7 @@ def test_a_change_of_the_model_in_motion_does_not_show_as_a_push():
             last = q[k - 1], qd[k - 1]
             change = after.momentum_terms(*last)[0] - before.momentum_terms(*last)[0]
             assert np.abs(GAIN * change).max() > 2.0  # what it would show as
-            observer.rebase(change)
+            observer.rebase(change, ZERO)
         momentum, coriolis, gravity = arm.momentum_terms(*row[:2])
         r.append(observer.update(period, momentum,
                                  arm.inverse_dynamics(*row) + coriolis - gravity))
@@ -154,6 +154,6 @@ def test_a_change_of_the_model_in_motion_does_not_show_as_a_push():
 
 def test_a_change_of_the_model_before_the_first_sample_is_nothing():
     observer = MomentumObserver()
-    observer.rebase(PUSH)
+    observer.rebase(PUSH, PUSH)
     np.testing.assert_array_equal(observer.update(0.01, PUSH, ZERO), ZERO)
     np.testing.assert_array_equal(observer.update(0.01, PUSH, ZERO), ZERO)

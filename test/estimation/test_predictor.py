@@ -1,6 +1,6 @@
 """The stream handler: residuals of known motion, their sign, and messages of all sorts."""
 
-from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.events import Event, RESETS
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -257,8 +257,7 @@ def test_another_estimator_starts_anew_and_keeps_the_counts(change):
     assert [p is None for p in found] == [p is None for p in wanted]
     assert found[-1].stamp_ns == wanted[-1].stamp_ns
     np.testing.assert_array_equal(found[-1].residual, wanted[-1].residual)
-    assert predictor.counts['received'] == 100
-    assert predictor.counts[Event.RESET_REQUESTED] == 1
+    assert predictor.counts['taken'] == 100 and not any(predictor.counts[e] for e in RESETS)
 
 
 @pytest.mark.parametrize('event, change', [
@@ -273,10 +272,11 @@ def test_after_a_reset_predictions_are_withheld(event, change):
     predictor = settings.predictor()
     assert play(predictor, messages[:50])[-1] is not None
     assert predictor.handle(*with_names(change(*messages[50]))) is None
-    assert predictor.prediction is None
-    assert predictor.latest is not None
     returned = play(predictor, [change(*message) for message in messages[51:]])
-    assert [p is None for p in returned] == [True] * 20 + [False] * 29
+    to_confirm = event is not Event.RESET_GAP
+    settling = 20 + to_confirm
+    assert [p is None for p in returned] == [True] * settling + [False] * (49 - settling)
+    assert predictor.counts[Event.UNCONFIRMED] == to_confirm
     assert predictor.counts[event] == 1
 
 

@@ -116,12 +116,16 @@ def test_what_a_message_holds_is_judged_before_its_stamp(stream, event, after):
 
 @pytest.mark.parametrize('after, change, event', [
     (251, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_GAP),
-    (-500, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_CLOCK_JUMP),
+    (-600, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_CLOCK_JUMP),
     (10, {'q': Q + 0.5, 'qd': EMPTY}, Event.RESET_VELOCITY_SOURCE),
     (10, {'q': Q + 0.5}, Event.RESET_POSITION_JUMP),
     (0, {'q': Q + 0.5}, Event.RESET_POSITION_JUMP)],
     ids=lambda x: getattr(x, 'value', None))
 def test_one_of_the_reasons_to_start_anew_is_counted(stream, after, change, event):
+    if event is not Event.RESET_GAP:
+        assert take(stream, after * MS, **change) is None
+        assert stream.counts[Event.UNCONFIRMED] == 1
+        after += 10
     sample = take(stream, after * MS, **change)
     assert sample.begins and sample.state.stamp_ns == START + after * MS
     assert {e: stream.counts[e] for e in RESETS if stream.counts[e]} == {event: 1}
@@ -174,7 +178,7 @@ def test_each_message_is_taken_or_dropped(mode, seed):
     counts = stream.counts
     assert counts['received'] == 600
     assert counts['taken'] + sum(counts[event] for event in DROPPED) == 600
-    assert counts['taken'] > 400
+    assert counts['taken'] > 350
     if mode == 'header':
         assert samples == counts['taken']
     assert sum(counts[event] for event in DROPPED) > 40
@@ -228,8 +232,8 @@ def test_another_clock_restarts_the_line_and_both_are_counted(after, event):
     samples = even(stream, since=LOCKED + after // 10)
     first = next(i for i, sample in enumerate(samples) if sample is not None)
     assert 95 < first < 105 and samples[first].begins
-    assert stream.counts == {'received': 2 * LOCKED, 'taken': 2 * LOCKED, event: 1,
-                             Event.RESET_RESYNC: 1}
+    assert stream.counts == {'received': 2 * LOCKED, 'taken': 2 * LOCKED - 1, event: 1,
+                             Event.UNCONFIRMED: 1, Event.RESET_RESYNC: 1}
 
 
 def test_a_reset_while_samples_are_withheld_costs_no_second_one():
@@ -245,10 +249,10 @@ def test_a_reset_while_samples_are_withheld_costs_no_second_one():
 def test_a_jump_of_the_arm_leaves_the_line():
     stream = Stream('right', 'arrival')
     even(stream)
-    sample = take(stream, 10 * MS * LOCKED, q=Q + 1.0)
-    assert sample.begins
+    assert take(stream, 10 * MS * LOCKED, q=Q + 1.0) is None
+    assert take(stream, 10 * MS * (LOCKED + 1), q=Q + 1.0).begins
     assert stream.counts[Event.RESET_POSITION_JUMP] == 1
-    assert not take(stream, 10 * MS * (LOCKED + 1), q=Q + 1.0).begins
+    assert not take(stream, 10 * MS * (LOCKED + 2), q=Q + 1.0).begins
 
 
 @pytest.mark.parametrize('moved, jumps', [(0.045, False), (0.055, True)])
@@ -259,20 +263,20 @@ def test_how_far_an_arm_can_have_moved_follows_from_the_period(moved, jumps):
     even(stream)
     late = 10 * MS * LOCKED + 8 * MS
     assert not take(stream, late).begins
-    assert take(stream, late + 2 * MS, q=q).begins == jumps
+    assert (take(stream, late + 2 * MS, q=q) is None) == jumps
     believed = Stream('right', 'header')
     even(believed)
     take(believed, late)
-    assert take(believed, late + 2 * MS, q=q).begins
+    assert take(believed, late + 2 * MS, q=q) is None
 
 
 def test_how_far_it_can_have_moved_while_the_period_is_being_found():
     stream = Stream('right', 'arrival')
     even(stream, 5)
     assert take(stream, 42 * MS, q=Q + 0.1) is None  # 2 rad/s * 1.5 * 30 ms + 0.02 rad
-    assert not stream.counts[Event.RESET_POSITION_JUMP]
+    assert not stream.counts[Event.UNCONFIRMED]
     take(stream, 44 * MS, q=Q - 0.02)
-    assert stream.counts[Event.RESET_POSITION_JUMP] == 1
+    assert stream.counts[Event.UNCONFIRMED] == 1
 
 
 def test_repeated_stamps_are_nothing_to_count_where_they_are_re_timed():
