@@ -58,7 +58,7 @@ def main(args: argparse.Namespace) -> int:
         raise BaxterDynamicsError('name at least one recording, or --plan for how to make one')
     path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'))
     report = output_file('--output', path.with_suffix('.html'), ('.html',))
-    values = read_parameters(args.params, args.arm) if args.params else {}
+    values = read_parameters(args.params) if args.params else {}
     if args.arm and values.get('arm', args.arm) != args.arm:
         say(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
             'and tilt belong to one arm')

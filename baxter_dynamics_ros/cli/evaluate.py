@@ -46,7 +46,7 @@ def main(args: argparse.Namespace) -> int:
     folder = output_folder('--output', args.output)
     if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
-    values = read_parameters(args.params, args.arm) if args.params else {}
+    values = read_parameters(args.params) if args.params else {}
     if args.arm and values.get('arm', args.arm) != args.arm:
         say(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
             'and tilt belong to one arm')

@@ -65,19 +65,19 @@ class Setting:
                 raise ArgumentError(self.name, f'expected true or false, got {value!r}')
             return value
         if isinstance(self.default, str):
-            if not isinstance(value, str) or value not in self.choices:
-                raise ArgumentError(
-                    self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
+            if not isinstance(value, str) or self.choices and value not in self.choices:
+                expected = f'one of {", ".join(self.choices)}' if self.choices else 'text'
+                raise ArgumentError(self.name, f'expected {expected}, got {value!r}')
             return value
         if isinstance(self.default, int):
             if not isinstance(value, int) or isinstance(value, bool):
                 raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
-            return int(number(self.name, value, self.lower, self.upper))
+            return int(number(self.name, value, self.lower, self.upper, self.unit))
         if isinstance(self.default, float):
-            return number(self.name, value, self.lower, self.upper)
+            return number(self.name, value, self.lower, self.upper, self.unit)
         values = tuple(finite(self.name, value, (len(self.default),)).tolist())
         for i, element in enumerate(values):
-            number(f'{self.name}[{i}]', element, self.lower, self.upper)
+            number(f'{self.name}[{i}]', element, self.lower, self.upper, self.unit)
         return values
 
 

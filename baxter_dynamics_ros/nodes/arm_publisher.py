@@ -35,8 +35,6 @@ class Arm:
         Whose.
     settings : PredictorSettings
         Of the arm.
-    side : str
-        Its side, where that is part of the names; empty for an only arm.
 
     Attributes
     ----------
@@ -48,13 +46,10 @@ class Arm:
         As they are.
     statistics : PeriodStatistics
         Of what came since the last report.
-    side : str
-        As given.
 
     """
 
-    def __init__(self, node: Node, settings: PredictorSettings, side: str = '') -> None:
-        self.side = side
+    def __init__(self, node: Node, settings: PredictorSettings) -> None:
         self.settings = settings
         self.predictor = settings.predictor(external=True)
         self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
@@ -113,10 +108,10 @@ class Arm:
         """Answer services of these types."""
         answers = Answers(self.predictor, lambda: self.age, lambda: self.prediction_age)
         self._node.create_service(
-            gravity_torques, topics.below_node(topics.GRAVITY_TORQUES, self.side),
+            gravity_torques, topics.below_node(topics.GRAVITY_TORQUES),
             lambda request, response: answers.gravity_torques(self.settings, request, response))
         self._node.create_service(
-            inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS, self.side),
+            inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS),
             lambda request, response: answers.inverse_dynamics(self.settings, request, response))
 
     def _tell_prediction(self, prediction: Prediction) -> None:
@@ -161,5 +156,5 @@ class Arm:
     def _publisher(self, kind: type[Any], name: str) -> Publisher:
         # Of rclpy's event handlers, two a publisher, each costs something with every message.
         return self._node.create_publisher(
-            kind, topics.below_node(name, self.side), topics.PUBLISHER_QOS,
+            kind, topics.below_node(name), topics.PUBLISHER_QOS,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
