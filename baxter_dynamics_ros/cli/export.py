@@ -2,11 +2,9 @@
 
 from importlib import import_module
 from keyword import iskeyword
-import os
 from pathlib import Path
 import re
 import sys
-import tempfile
 from types import ModuleType
 from typing import Any
 
@@ -15,6 +13,7 @@ from .. import __version__
 from ..estimation.settings import PredictorSettings
 from ..export.base_table import base_table
 from ..export.functions import check_symbols, DEFAULT_SYMBOLS, derive
+from ..files import write_files
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
 # Languages whose module cannot have their name: it is that of a library.
@@ -79,7 +78,8 @@ def run(language: 'str | None', output: 'str | None', quantities: 'str | None',
     texts = module.files(functions, arm, command=_command(command_line, symbols))
     placed = _placed(texts, output or f'baxter_dynamics_{language}', language)
     stale = _stale(placed) if language == 'matlab' else []
-    _write(placed)
+    folder = next(iter(placed)).parent
+    write_files(folder, {path.name: text for path, text in placed.items()})
     for path in stale:
         path.unlink(missing_ok=True)
     if language == 'latex':
@@ -202,37 +202,3 @@ def _is_ours(path: Path) -> bool:
             return _OURS.search(file.read(_HEAD)) is not None
     except OSError:
         return False
-
-
-def _umask() -> int:
-    """Return the permissions that new files are not to have."""
-    result = os.umask(0o077)
-    os.umask(result)
-    return result
-
-
-def _write(texts: dict[Path, str]) -> None:
-    """Write all files, each in place of an old one once all are complete, or none."""
-    folder = next(iter(texts)).parent
-    made = [place for place in (folder, *folder.parents) if not place.exists()]
-    partial = {}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for path, text in texts.items():
-            with tempfile.NamedTemporaryFile('w', encoding='utf-8', dir=folder, delete=False,
-                                             prefix=f'.{path.name}.') as file:
-                partial[path] = file.name
-                file.write(text)
-            os.chmod(file.name, 0o666 & ~_umask())
-        for path in texts:
-            os.replace(partial.pop(path), path)
-    except BaseException as error:
-        for name in partial.values():
-            os.unlink(name)
-        for place in made:
-            if place.exists() and not any(place.iterdir()):
-                place.rmdir()
-        if isinstance(error, OSError):
-            raise BaxterDynamicsError(
-                f'--output: {folder} cannot be written ({error.strerror})') from None
-        raise

@@ -8,12 +8,13 @@ from textwrap import fill
 from .derivation import program_of
 from .quantities import CONSTANTS, QUANTITIES, Quantity, TILTED_REGRESSOR
 from .source import assignments
+from ..files import write_file
 
 COMMAND = 'python -m baxter_dynamics_ros.closed_form'
 # What also has a form for gravity along the axis of joint 1: where that saves most, or is called
 # most.
 UPRIGHT = ('gravity', 'torque_terms', 'inverse_dynamics')
-PATH = Path(__file__).parents[1] / 'core' / '_closed_form.py'
+PATH = Path(__file__).parents[1] / 'model' / '_closed_form.py'
 
 _HEAD = f'''# flake8: noqa
 """
@@ -54,9 +55,7 @@ def module_text() -> str:
 
 def write_module(path: Path = PATH) -> None:
     """Write the module in place of the old one, once it is complete."""
-    sibling = path.with_suffix('.partial')
-    sibling.write_text(module_text(), encoding='utf-8')
-    sibling.replace(path)
+    write_file(path, module_text())
 
 
 def _size(quantity: Quantity) -> int:
