@@ -6,12 +6,12 @@ from keyword import iskeyword
 import os
 from pathlib import Path
 import re
+import sys
 import tempfile
 from types import ModuleType
 from typing import Any
 
 from .outputs import output_folder
-from .printing import say
 from .. import __version__
 from ..estimation.settings import PredictorSettings
 from ..export.base_table import base_table
@@ -66,7 +66,7 @@ def main(args: argparse.Namespace) -> int:
                                   '--quantities')
     arm = PredictorSettings(_read(args.params) if args.params else {}).arm
     if args.base_parameters or language is None:
-        say(*base_table(arm).splitlines())
+        _say([base_table(arm)])
         return 0
     module = _exporter(language)
     wanted = _symbols(quantities)
@@ -91,8 +91,8 @@ def main(args: argparse.Namespace) -> int:
         lines = [f'{symbol:<12}{function.quantity.name:<26}'
                  f'{function.program.operations():>5} operations'
                  for symbol, function in zip(symbols, functions)]
-    say(*lines, _RIGID, *(f'removed: {path} (of an older export)' for path in stale),
-        *(f'wrote: {path}' for path in placed))
+    _say([*lines, _RIGID, *(f'removed: {path} (of an older export)' for path in stale),
+          *(f'wrote: {path}' for path in placed)])
     return 0
 
 
@@ -113,6 +113,24 @@ def _command(command_line: str, symbols: list[str]) -> str:
     text = f'{command_line}` of version {__version__}, quantities `{",".join(symbols)}'
     text = re.sub(r'[^ -~]|\\', '_', text)
     return re.sub(r'\*/|/\*|"""', '_', text)
+
+
+def _say(lines: list[str]) -> None:
+    """
+    Print lines.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If nobody takes them.
+
+    """
+    try:
+        print('\n'.join(lines), flush=True)
+    except OSError as error:
+        # What is left would be tried once more at the end, with a traceback.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
 def _read(path: str) -> dict[str, Any]:
