@@ -14,6 +14,11 @@ def fake_baxter() -> int:
     return _run('fake_baxter')
 
 
+def joint_state_bridge() -> int:
+    """Run the bridge from a ROS 1 robot; return its exit code."""
+    return _run('joint_state_bridge')
+
+
 def _run(executable: str) -> int:
     try:
         return _node(executable)
