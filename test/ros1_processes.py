@@ -64,7 +64,7 @@ class Ros1:
         raise AssertionError('the ROS 1 master does not answer')
 
     def publish(self, *arguments, address='127.0.0.1'):
-        """Start a publisher with arguments of rospy_publisher.py; return its process, once ready."""
+        """Start a publisher as rospy_publisher.py takes it; return its process once ready."""
         process = self._start([str(PUBLISHER), *map(str, arguments)], ROS_HOSTNAME=address)
         assert process.stdout.readline() == b'ready\n'
         return process

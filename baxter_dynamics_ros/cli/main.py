@@ -9,6 +9,7 @@ import sys
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from . import doctor
 from .. import __version__
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import SIDES
@@ -58,6 +59,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_evaluate(commands)
     _add_calibrate(commands)
     _add_export(commands)
+    checks = commands.add_parser('doctor', help=doctor.SUMMARY)
+    doctor.add_arguments(checks)
+    checks.set_defaults(run=doctor.main)
     return parser
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from .errors import Malformed, Ros1Error, Step
 from .joint_state import JointState, parse
 from .network import Endpoint, endpoint
-from .rpc import call, not_ros
+from .rpc import call
 from .tcpros import Stream
 
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # [s] before a connection is tried anew: doubled each time
@@ -121,9 +121,9 @@ def _address(server: Endpoint, answer: Any) -> tuple[str, int]:
     """Return host and port of a publisher's answer to ``requestTopic``."""
     try:
         protocol, host, port = answer
-    except (TypeError, ValueError) as error:
-        raise not_ros(server, Step.PUBLISHER, error) from None
-    if protocol != 'TCPROS' or not isinstance(host, str) or not isinstance(port, int):
-        raise Ros1Error(Step.PUBLISHER, f'{server.uri} does not offer TCPROS',
-                        'only publishers that offer TCPROS can be subscribed to')
-    return host, port
+        if protocol == 'TCPROS' and isinstance(host, str) and 0 < port < 2 ** 16:
+            return host, port
+    except (TypeError, ValueError):
+        pass
+    raise Ros1Error(Step.PUBLISHER, f'{server.uri} does not offer TCPROS',
+                    'is it a ROS 1 node? Only publishers that offer TCPROS can be subscribed to')

@@ -170,7 +170,8 @@ class Subscriber:
         state = self.master.system_state()
         for topic in self.topics:
             names = state.publishers.get(topic, ())
-            overdue = (any(not each.connected for each in self.connections(topic))
+            connected = sum(each.connected for each in self.connections(topic))
+            overdue = (connected < len(names)
                        and time.monotonic() - self._registered.get(topic, 0.0) > PATIENCE)
             known = not moved and self.name in state.subscribers.get(topic, ())
             if overdue or not known or names != self._seen.get(topic):

@@ -199,7 +199,7 @@ def test_a_recording_gives_the_residual_that_it_gives_offline(
 
 
 @pytest.mark.parametrize('arguments, problem', [
-    (['topics:=[/robot/joint_states]'], 'name the robot\'s master'),
+    (['topics:=[/robot/joint_states]'], "name the robot's master"),
     (['master_uri:=https://robot:11311'], "'https://robot:11311' is not the URI of a ROS 1"),
     (['master_uri:=http://robot:11311', 'clock:=mine'], 'expected one of local, robot, receipt'),
     (['master_uri:=http://robot:11311', 'topics:=[joint_states]'], 'not the full name of a topic'),
