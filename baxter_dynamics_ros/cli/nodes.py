@@ -15,6 +15,11 @@ def fake_baxter() -> int:
     return _run('fake_baxter')
 
 
+def joint_state_bridge() -> int:
+    """Run the bridge from a ROS 1 robot; return its exit code."""
+    return _run('joint_state_bridge')
+
+
 def _run(executable: str) -> int:
     try:
         return load_module(f'baxter_dynamics_ros.nodes.{executable}', 'ros').main()

@@ -1,0 +1,43 @@
+"""The doctor verb: checks the chain from the robot to the residual, step by step."""
+
+import argparse
+from collections.abc import Iterator
+
+from .doctor_robot import Check, robot_checks
+from .printing import say
+
+DESCRIPTION = (
+    'Check each step from the robot to the residual, and print a line for each: what was found '
+    'and, where it fails, what to do. The exit code is 0 only if every step passes. The robot is '
+    'only read.')
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument('uri', nargs='?', metavar='URI',
+                        help="the robot's ROS 1 master, such as http://011303P0017.local:11311 "
+                        '(default: check the ROS 2 side only)')
+    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
+                        help='the joint states (default: %(default)s)')
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the verb; return its exit code."""
+    passed = True
+    for check in _checks(args):
+        remedy = '' if check.passed else f': {check.remedy}'
+        say(f'{"ok" if check.passed else "FAIL":6}{check.name:12}{check.found}{remedy}')
+        passed = passed and check.passed
+    return 0 if passed else 1
+
+
+def _checks(args: argparse.Namespace) -> Iterator[Check]:
+    if args.uri:
+        yield from robot_checks(args.uri, args.topic)
+    try:
+        from .doctor_ros2 import ros2_checks
+    except ImportError as error:
+        yield Check('ROS 2', False, str(error), 'install the ros extra, pip install ".[ros]", or '
+                    'source the setup file of your ROS 2')
+        return
+    yield from ros2_checks(args.topic)

@@ -1,0 +1,214 @@
+"""Checks of the robot's side: from its name to the joint states and what they hold."""
+
+from collections.abc import Callable, Iterator
+import threading
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array
+from ..model.joints import joint_names, S1, SIDES
+from ..ros1 import joint_state
+from ..ros1.errors import Ros1Error, Step
+from ..ros1.joint_state import JointState
+from ..ros1.network import resolve
+from ..ros1.source import Source
+from ..ros1.subscriber import Subscriber
+
+_PATIENCE = 5.0  # [s] for connections and the first message
+_LOOK = 3.0  # [s] of joint states that are judged
+_LARGEST_OFFSET = 15.0  # of s1 [N m]; uncalibrated robots have up to 6, or about 30
+# Smallest step of the published velocity [rad/s]; two generations of firmware are known.
+_QUANTA = (3.745e-4, 3.927e-4)
+_SLOW = 0.04  # [rad/s], below which multiples of the two differ clearly
+
+
+class Check(NamedTuple):
+    """Result of a step: what was found and, where it failed, what to do."""
+
+    name: str
+    passed: bool
+    found: str
+    remedy: str = ''
+
+
+class _Recorder:
+    """Keeps the joint states of all publishers while it is told to."""
+
+    def __init__(self) -> None:
+        self.states: list[tuple[Source, JointState]] = []
+        self.arrived = threading.Event()
+
+    def take(self, topic: str, source: Source, state: JointState, arrival_ns: int) -> None:
+        """Keep a joint state; one thread a publisher calls."""
+        self.states.append((source, state))
+        self.arrived.set()
+
+
+def robot_checks(uri: str, topic: str) -> Iterator[Check]:
+    """
+    Yield the checks of a robot's side, in order; the first that fails in the network is the last.
+
+    Parameters
+    ----------
+    uri : str
+        Of the ROS 1 master.
+    topic : str
+        The joint states.
+
+    """
+    recorder = _Recorder()
+    notes: list[str] = []
+    try:
+        subscriber = Subscriber(uri, [topic], recorder.take, notes.append, '/doctor')
+    except Ros1Error as error:
+        yield _failure(error)
+        return
+    try:
+        yield from _network(subscriber, topic)
+        subscriber.start()
+        yield from _connections(subscriber, topic, recorder, notes)
+        recorder.states.clear()
+        lost = sum(source.lost for source in subscriber.sources(topic))
+        for source in subscriber.sources(topic):
+            source.close_period(1.0)
+        begin = time.monotonic()
+        time.sleep(_LOOK)
+        seconds, states = time.monotonic() - begin, list(recorder.states)
+        yield from _stream(subscriber, topic, seconds, lost)
+        yield from _contents([state for _, state in states])
+    except Ros1Error as error:
+        yield _failure(error)
+    finally:
+        subscriber.stop()
+
+
+def _network(subscriber: Subscriber, topic: str) -> Iterator[Check]:
+    master = subscriber.master
+    host, port = master.endpoint
+    yield Check('name', True, f'{host} is {resolve(host)}')
+    local = master.locate()
+    yield Check('route', True, f'port {port} is open; this machine is {local} from there')
+    state = master.system_state()
+    nodes = {node for names in state.publishers.values() for node in names}
+    yield Check('master', True, f'{len(state.publishers)} topics of {len(nodes)} nodes')
+    types = master.topic_types()
+    if topic not in state.publishers:
+        others = sorted(name for name, kind in types.items()
+                        if kind == joint_state.TYPE and name in state.publishers)
+        raise Ros1Error(Step.TOPIC, f'{topic} is not published',
+                        f'give one of {", ".join(others)} as --topic' if others else
+                        'has the robot finished starting?')
+    yield Check('topic', True, f'{topic} is {types.get(topic, "of an unknown type")}')
+
+
+def _connections(subscriber: Subscriber, topic: str, recorder: _Recorder,
+                 notes: list[str]) -> Iterator[Check]:
+    _wait(lambda: bool(connections := subscriber.connections(topic)) and all(
+        each.connected for each in connections))
+    connections = subscriber.connections(topic)
+    for problem in (each.problem for each in connections if each.problem is not None):
+        yield _failure(problem)
+    connected = [each for each in connections if each.connected]
+    if connected:
+        yield Check('publishers', True, ', '.join(
+            f'{each.publisher} at {each.uri}' for each in connected) + ''.join(
+                f' ({note})' for note in notes))
+    _wait(lambda: subscriber.is_called is not None)
+    yield Check('address', bool(subscriber.is_called),
+                'the master reaches this machine' if subscriber.is_called
+                else 'the master does not reach this machine',
+                "set ROS_IP to this machine's address in the robot's network, and open its "
+                'firewall')
+    if not recorder.arrived.wait(_PATIENCE):
+        raise next(iter(subscriber.problems(topic)), Ros1Error(
+            Step.STREAM, f'nothing arrives on {topic}', 'is the robot enabled?'))
+    _, first = recorder.states[0]
+    yield Check('message', True, f'{len(first.name)} joints, {first.name[0]} ... '
+                f'{first.name[-1]}' if first.name else 'without joints')
+
+
+def _stream(subscriber: Subscriber, topic: str, seconds: float, lost: int) -> Iterator[Check]:
+    sources = subscriber.sources(topic)
+    for source in sources:
+        source.close_period(seconds)
+    yield Check('rate', any(source.rate > 0.0 for source in sources), ', '.join(
+        f'{source.rate:.1f} Hz from {source.publisher}' for source in sources),
+        'nothing has arrived: is the publisher stopped?')
+    lost = sum(source.lost for source in sources) - lost
+    yield Check('lost', not lost and not subscriber.malformed,
+                f'{lost} messages lost and {subscriber.malformed} malformed in {seconds:.0f} s',
+                'use a cable instead of wireless, and close what loads the robot or this machine')
+    offsets = ', '.join(f'{source.clock.offset_ns * 1e-9:+.3f} s, jitter of arrival '
+                        f'{source.jitter * 1e3:.1f} ms' for source in sources)
+    yield Check('clock', True, f"this machine's minus the robot's: {offsets}")
+
+
+def _contents(states: list[JointState]) -> Iterator[Check]:
+    """Yield the checks of what joint states hold."""
+    names = {name for state in states for name in state.name}
+    arms = [side for side in SIDES if names.issuperset(joint_names(side))]
+    grippers = [side for side in SIDES if any(
+        name.startswith((f'{side}_gripper', f'{side[0]}_gripper')) for name in names)]
+    yield Check('arms', bool(arms), f'arms: {", ".join(arms) or "none"}; grippers: '
+                f'{", ".join(grippers) or "none"}',
+                f'expected the joints of an arm, such as {joint_names("right")[0]}')
+    for side in arms:
+        q, qd, effort = _samples(states, joint_names(side))
+        yield _effort(side, q, effort)
+        yield _firmware(side, qd)
+
+
+def _samples(states: list[JointState], joints: tuple[str, ...]) -> Array:
+    """Return position, velocity and effort (3, n, 7) of one arm; NaN where a field is missing."""
+    rows = []
+    for state in states:
+        if set(state.name).issuperset(joints):
+            index = [state.name.index(joint) for joint in joints]
+            rows.append([[field[i] if len(field) == len(state.name) else np.nan for i in index]
+                         for field in (state.position, state.velocity, state.effort)])
+    return np.array(rows).swapaxes(0, 1)
+
+
+def _effort(side: str, q: Array, effort: Array) -> Check:
+    """Return whether the measured effort can be that of an arm at these positions."""
+    name = f'{side} effort'
+    if not np.isfinite(effort).all():
+        return Check(name, False, 'missing or NaN', 'a simulator? The residual needs measured '
+                     'effort; predictions do not')
+    if not effort.any():
+        return Check(name, False, 'zero at all joints', 'a simulator? Its effort is not measured; '
+                     'on a robot, restart it')
+    settings = PredictorSettings({'arm': side})
+    static = settings.effort_model.effort(settings.arm.gravity(q), q, 0.0 * q, 0.0 * q)
+    others = np.arange(len(joint_names(side))) != S1  # which may have an offset
+    if (effort * static)[:, others].sum() < 0.0:
+        return Check(name, False, 'has the opposite sign of the torque that holds the arm',
+                     'effort must have the sign of M qdd + C qd + G; correct the publisher')
+    offset = float(np.median(effort[:, S1] - static[:, S1]))
+    return Check(name, abs(offset) < _LARGEST_OFFSET,
+                 f'plausible, offset at s1 {offset:+.1f} N m',
+                 'too much for free motion: if nothing holds or loads the arm, the zero of s1 is '
+                 "this robot's own: run baxter_dynamics calibrate")
+
+
+def _firmware(side: str, qd: Array) -> Check:
+    """Return the generation of firmware, by the smallest step of the velocity."""
+    slow = qd[(np.abs(qd) < _SLOW) & (qd != 0.0)]
+    steps = [quantum for quantum in _QUANTA if len(slow) and np.sqrt(np.mean(
+        (slow / quantum - np.round(slow / quantum)) ** 2)) < 0.05]
+    found = (f'of the generation with velocity steps of {steps[0]:.3e} rad/s' if len(steps) == 1
+             else 'not recognised by the steps of the velocity')
+    return Check(f'{side} arm', True, f'firmware {found}')
+
+
+def _failure(error: Ros1Error) -> Check:
+    return Check(error.step.value, False, error.found, error.remedy)
+
+
+def _wait(condition: Callable[[], bool]) -> None:
+    limit = time.monotonic() + _PATIENCE
+    while not condition() and time.monotonic() < limit:
+        time.sleep(0.05)

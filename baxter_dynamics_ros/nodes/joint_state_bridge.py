@@ -1,0 +1,186 @@
+"""The node that brings a ROS 1 robot's joint states to ROS 2; it can only subscribe there."""
+
+from contextlib import ExitStack
+import os
+import sys
+import threading
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from . import topics
+from .messages import set_stamp
+from .process import run
+from .ros_parameters import refuse_misspelt
+from ..model.exceptions import ArgumentError
+from ..ros1 import joint_state
+from ..ros1.errors import Ros1Error
+from ..ros1.source import Source
+from ..ros1.subscriber import SILENCE, Subscriber
+
+CLOCKS = ('local', 'robot', 'receipt')
+_DIAGNOSTICS_PERIOD = 1.0  # [s]
+
+
+class JointStateBridge(Node):
+    """Republish a ROS 1 robot's joint states in ROS 2; nothing is ever sent to the robot."""
+
+    def __init__(self) -> None:
+        super().__init__('joint_state_bridge')
+        master_uri = self._fixed(
+            'master_uri', os.environ.get('ROS_MASTER_URI', ''),
+            'URI of the ROS 1 master, such as http://011303P0017.local:11311; ROS_MASTER_URI by '
+            'default.')
+        names = self._fixed('topics', [topics.JOINT_STATES],
+                            'Topics of sensor_msgs/JointState to republish.')
+        self._clock_mode = self._fixed(
+            'clock', CLOCKS[0], "Stamps. local: the robot's, shifted to this machine's clock. "
+            "robot: the robot's, untouched. receipt: times of arrival.")
+        refuse_misspelt(self)
+        if not master_uri:
+            raise ArgumentError('master_uri', "name the robot's master: -p master_uri:="
+                                'http://HOST:11311, or set ROS_MASTER_URI')
+        if self._clock_mode not in CLOCKS:
+            raise ArgumentError('clock', f'expected one of {", ".join(CLOCKS)}')
+        self._lock = threading.Lock()
+        self._topics = {name: self._publisher(name) for name in names}
+        self._diagnostics = self.create_publisher(
+            DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
+        try:
+            self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
+                                          self.get_logger().info)
+        except Ros1Error as error:
+            raise ArgumentError('master_uri', str(error)) from None
+        self._reported_at = time.monotonic()
+        self._reported: dict[str, str] = {}  # status name -> message, to log changes
+        self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
+                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
+        self._subscriber.start()
+
+    def close(self) -> None:
+        """Stop republishing and unregister from the robot's master."""
+        self._subscriber.stop()
+
+    def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,
+                        arrival_ns: int) -> None:
+        """Publish a joint state; one thread a publisher calls."""
+        message = JointState(name=state.name, position=state.position, velocity=state.velocity,
+                             effort=state.effort)
+        message.header.frame_id = state.frame_id
+        set_stamp(message.header, self._stamp(source, state.stamp_ns, arrival_ns))
+        with self._lock:
+            if self.context.ok():
+                self._topics[topic].publish(message)
+
+    def _stamp(self, source: Source, stamp_ns: int, arrival_ns: int) -> int:
+        if self._clock_mode == 'robot':
+            return stamp_ns
+        if self._clock_mode == 'receipt' or not stamp_ns:
+            return arrival_ns
+        return stamp_ns + source.clock.offset_ns
+
+    def _on_diagnostics(self) -> None:
+        now = time.monotonic()
+        seconds, self._reported_at = now - self._reported_at, now
+        message = DiagnosticArray()
+        message.header.stamp = self.get_clock().now().to_msg()
+        message.status = [self._of_master(), *(
+            self._of_topic(topic, seconds) for topic in self._topics)]
+        name = self.get_fully_qualified_name().lstrip('/')
+        for status in message.status:
+            self._log_change(status)
+            status.name = f'{name}: {status.name}'
+            status.hardware_id = 'baxter'
+        self._diagnostics.publish(message)
+
+    def _of_master(self) -> DiagnosticStatus:
+        subscriber = self._subscriber
+        status = DiagnosticStatus(
+            name='master', level=DiagnosticStatus.OK,
+            message=f'connected to {subscriber.master.endpoint.uri}')
+        if subscriber.problem is not None:
+            status.level, status.message = DiagnosticStatus.ERROR, str(subscriber.problem)
+        _add(status, {'address': subscriber.master.address,
+                      'calls of the master arrive': subscriber.is_called,
+                      'malformed headers and messages': subscriber.malformed,
+                      'reconnections': subscriber.reconnections})
+        return status
+
+    def _of_topic(self, topic: str, seconds: float) -> DiagnosticStatus:
+        sources = self._subscriber.sources(topic)
+        for source in sources:
+            source.close_period(seconds)
+        silent = self._subscriber.silent_for(topic) > SILENCE
+        problems = self._subscriber.problems(topic)
+        others = self.count_publishers(topic) - 1
+        status = DiagnosticStatus(name=topic, level=DiagnosticStatus.OK,
+                                  message=f'joint states of {topic} arrive')
+        if problems or silent:
+            status.level = DiagnosticStatus.ERROR if silent else DiagnosticStatus.WARN
+            status.message = '; '.join(dict.fromkeys(map(str, problems))) or (
+                f'waiting for {topic}')
+        elif others > 0:
+            status.level = DiagnosticStatus.WARN
+            status.message = (f'{others} more publish {topic} in ROS 2: joint states may come '
+                              'twice; is another bridge running?')
+        _add(status, {'publishers': len(self._subscriber.connections(topic)),
+                      'publishers in ROS 2 beside the bridge': others})
+        for source in sources:
+            _add(status, {f'{source.publisher} {key}': value for key, value in (
+                ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
+                ('lost', source.lost), ('repeated', source.repeated),
+                ('clock offset [s]', f'{source.clock.offset_ns * 1e-9:.6f}'),
+                ('jitter of arrival [s]', f'{source.jitter:.6f}'),
+                ('clock steps', source.clock.steps))})
+        return status
+
+    def _log_change(self, status: DiagnosticStatus) -> None:
+        before = self._reported.get(status.name)
+        text = f'{status.name}: {status.message}'
+        if status.message == before:
+            return
+        if status.level != DiagnosticStatus.OK:
+            self.get_logger().warning(text)
+        elif before:
+            self.get_logger().info(text)
+        self._reported[status.name] = status.message
+
+    def _publisher(self, topic: str) -> Any:
+        try:
+            if topic.startswith('/'):
+                return self.create_publisher(JointState, topic, topics.PUBLISHER_QOS)
+        except InvalidTopicNameException:
+            pass
+        raise ArgumentError('topics', f'{topic!r} is not the full name of a topic, such as '
+                            f'{topics.JOINT_STATES}')
+
+    def _fixed(self, name: str, default: Any, description: str) -> Any:
+        """Declare a parameter that is fixed when the node starts, and return its value."""
+        return self.declare_parameter(name, default, ParameterDescriptor(
+            description=description, read_only=True)).value
+
+
+def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:
+    status.values += [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the bridge until it is interrupted or terminated."""
+    with ExitStack() as stack:
+        def make() -> JointStateBridge:
+            node = JointStateBridge()
+            stack.callback(node.close)
+            return node
+        make.__doc__ = JointStateBridge.__doc__
+        return run(make, 'joint_state_bridge', args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

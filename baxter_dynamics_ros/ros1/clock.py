@@ -1,0 +1,83 @@
+"""Offset between a robot's clock and this machine's, from stamps and times of arrival."""
+
+from collections import deque
+
+_WINDOW = 1_000_000_000  # [ns], of which the fastest arrival is kept
+_WINDOWS = 10  # kept; drift of 50 ppm moves the offset by 0.5 ms in as many seconds
+_SLEW = 0.002  # greatest change of the offset per time: 20 us between stamps at 100 Hz
+_EARLY = 100_000_000  # [ns]: nothing arrives before it is sent, so a clock was set
+_LATE = 500_000_000  # [ns]: the fastest arrival of a window is later, so a clock was set
+_LONGEST = 100_000_000  # [ns] between two stamps that count for the slew
+
+
+class ClockOffset:
+    """
+    Follows the offset of this machine's clock from the robot's.
+
+    The fastest arrivals of the last ten seconds set the offset; it moves by at most 0.2 % of the
+    time that passes, so that stamps stay as even as the robot's. It begins anew where one of the
+    clocks was set.
+
+    Attributes
+    ----------
+    offset_ns : int
+        This machine's clock minus the robot's, plus the shortest time of transport [ns].
+    steps : int
+        How often it began anew.
+    late_ns : int
+        By how much the last message arrived later than the offset says [ns].
+
+    """
+
+    def __init__(self) -> None:
+        self.offset_ns = 0
+        self.steps = 0
+        self.late_ns = 0
+        self._windows: deque[int] = deque(maxlen=_WINDOWS)
+        self._fastest = 0  # of the present window [ns]
+        self._window_began = 0  # time of arrival [ns]
+        self._stamp: int | None = None  # of the last message [ns]
+
+    def update(self, stamp_ns: int, arrival_ns: int) -> int:
+        """
+        Take the stamp of a message and its time of arrival; return the offset to add [ns].
+
+        Parameters
+        ----------
+        stamp_ns : int
+            By the robot's clock [ns].
+        arrival_ns : int
+            By this machine's clock [ns].
+
+        """
+        difference = arrival_ns - stamp_ns
+        if self._stamp is None:
+            self._begin(difference, arrival_ns)
+        elif difference - self.offset_ns < -_EARLY:
+            self.steps += 1
+            self._begin(difference, arrival_ns)
+        elif not 0 <= arrival_ns - self._window_began < _WINDOW:
+            self._close_window(difference, arrival_ns)
+        self._fastest = min(self._fastest, difference)
+        self._slew(stamp_ns)
+        self.late_ns = difference - self.offset_ns
+        return self.offset_ns
+
+    def _begin(self, difference: int, arrival_ns: int) -> None:
+        self._windows.clear()
+        self.offset_ns = self._fastest = difference
+        self._window_began = arrival_ns
+
+    def _close_window(self, difference: int, arrival_ns: int) -> None:
+        if self._fastest - self.offset_ns > _LATE:
+            self.steps += 1
+            self._begin(self._fastest, arrival_ns)
+        self._windows.append(self._fastest)
+        self._fastest, self._window_began = difference, arrival_ns
+
+    def _slew(self, stamp_ns: int) -> None:
+        passed = 0 if self._stamp is None else stamp_ns - self._stamp
+        most = int(_SLEW * min(max(passed, 0), _LONGEST))
+        self._stamp = stamp_ns
+        error = min((self._fastest, *self._windows)) - self.offset_ns
+        self.offset_ns += min(max(error, -most), most)

@@ -1,0 +1,129 @@
+"""The connection to one publisher of one topic, made anew for as long as it is wanted."""
+
+from collections.abc import Callable
+import struct
+import threading
+import time
+from typing import Any
+
+from .errors import Malformed, Ros1Error, Step
+from .joint_state import JointState, parse
+from .network import Endpoint, endpoint
+from .rpc import call
+from .tcpros import Stream
+
+FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # [s] before a connection is tried anew: doubled each time
+
+
+class Connection:
+    """
+    Receives the messages of one publisher of one topic in a thread of its own.
+
+    Parameters
+    ----------
+    topic, uri, caller_id : str
+        The topic, the publisher's URI and the name of this node.
+    address_of : callable
+        Returns the address of a host.
+    on_message : callable
+        Called with this connection, a joint state and its time of arrival [ns].
+
+    Attributes
+    ----------
+    publisher : str
+        Name of the publisher; empty before the first connection.
+    connected : bool
+        Whether there is a connection now.
+    since : float
+        When it began, monotonic time [s].
+    connections : int
+        How many there were.
+    malformed : int
+        Headers and messages that were not as the protocol says.
+    problem : Ros1Error or None
+        Why there is no connection.
+
+    """
+
+    def __init__(self, topic: str, uri: str, caller_id: str, address_of: Callable[[str], str],
+                 on_message: Callable[['Connection', JointState, int], None]) -> None:
+        self.topic = topic
+        self.uri = uri
+        self.publisher = ''
+        self.connected = False
+        self.since = time.monotonic()
+        self.connections = self.malformed = 0
+        self.problem: Ros1Error | None = None
+        self._caller_id = caller_id
+        self._address_of = address_of
+        self._on_message = on_message
+        self._stream: Stream | None = None
+        self._pause = FIRST_PAUSE
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True, name=f'ros1 {topic}')
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the connection: after the return no further message begins to be delivered."""
+        self._ended.set()
+        stream = self._stream
+        if stream is not None:
+            stream.interrupt()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                self._receive()
+            except Ros1Error as error:
+                self.problem = error
+            except Malformed as error:
+                self.malformed += 1
+                self.problem = Ros1Error(
+                    Step.STREAM, f'{self.uri} sends what is not a message of {self.topic} '
+                    f'({error})', 'the connection is closed and tried anew; if it goes on, '
+                    'restart the publisher')
+            except (OSError, EOFError, struct.error, ValueError) as error:
+                # ValueError: the stream was closed by stop().
+                self.problem = Ros1Error(
+                    Step.STREAM, f'the connection to {self.uri} ended ({error})',
+                    'it is tried anew; is the publisher running?')
+            self.connected, self._stream = False, None
+            self._ended.wait(self._pause)
+            self._pause = min(2 * self._pause, LAST_PAUSE)
+
+    def _receive(self) -> None:
+        """Connect and deliver messages until the connection ends, by an exception."""
+        with self._open() as stream:
+            self._stream = stream
+            self.publisher = stream.publisher or self.uri
+            self.since = time.monotonic()
+            self.connected, self.problem = True, None
+            self.connections += 1
+            while True:
+                data = stream.read()
+                arrival_ns = time.time_ns()
+                state = parse(data)
+                if self._ended.is_set():
+                    return
+                self._pause = FIRST_PAUSE
+                self._on_message(self, state, arrival_ns)
+
+    def _open(self) -> Stream:
+        node = endpoint(self.uri)
+        server = Endpoint(self._address_of(node.host), node.port)
+        answer = call(server, Step.PUBLISHER, 'requestTopic', self._caller_id, self.topic,
+                      [['TCPROS']])
+        host, port = _address(server, answer)
+        return Stream(self._address_of(host), port, self.topic, self._caller_id)
+
+
+def _address(server: Endpoint, answer: Any) -> tuple[str, int]:
+    """Return host and port of a publisher's answer to ``requestTopic``."""
+    try:
+        protocol, host, port = answer
+        if protocol == 'TCPROS' and isinstance(host, str) and 0 < port < 2 ** 16:
+            return host, port
+    except (TypeError, ValueError):
+        pass
+    raise Ros1Error(Step.PUBLISHER, f'{server.uri} does not offer TCPROS',
+                    'is it a ROS 1 node? Only publishers that offer TCPROS can be subscribed to')

@@ -1,0 +1,150 @@
+"""TCPROS: a publisher's stream of messages over TCP."""
+
+import socket
+import struct
+from types import TracebackType
+
+from . import joint_state
+from .errors import Malformed, Ros1Error, Step
+from .network import connect, keep_alive
+
+MAX_HEADER = 64 * 1024  # [bytes]
+MAX_MESSAGE = 1024 * 1024  # [bytes]; a Baxter's joint state has 0.7 kB
+
+
+class Stream:
+    """
+    Messages of one publisher, as bytes; a context manager that closes the connection.
+
+    Parameters
+    ----------
+    address : str
+        Of the publisher's host.
+    port : int
+        As the publisher's answer to ``requestTopic`` names it.
+    topic, caller_id : str
+        The topic, and the name of this node.
+
+    Attributes
+    ----------
+    publisher : str
+        Name of the publisher.
+
+    Raises
+    ------
+    Ros1Error
+        If the connection fails, or the publisher refuses or has another type.
+    Malformed
+        If the publisher's header is not one.
+
+    """
+
+    def __init__(self, address: str, port: int, topic: str, caller_id: str) -> None:
+        self._socket = connect(address, port)
+        # Buffered: of messages that wait, all are received by one call.
+        self._file = self._socket.makefile('rb', 8192)
+        try:
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            # Any type: the answer then names the publisher's, where it is not ours.
+            self._socket.sendall(encode_header({
+                'callerid': caller_id, 'topic': topic, 'type': '*', 'md5sum': '*',
+                'tcp_nodelay': '1'}))
+            header = decode_header(self._frame(MAX_HEADER))
+            _refuse_others(topic, header)
+            keep_alive(self._socket)
+        except BaseException:
+            self.close()
+            raise
+        self.publisher = header.get('callerid', '')
+
+    def __enter__(self) -> 'Stream':
+        """Return this stream."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        """Close the connection."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._file.close()
+        self._socket.close()
+
+    def interrupt(self) -> None:
+        """End a read that waits in another thread."""
+        try:
+            self._socket.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass  # the peer was faster
+
+    def read(self) -> bytes:
+        """
+        Return the next message.
+
+        Raises
+        ------
+        EOFError, OSError
+            If the connection has ended.
+        Malformed
+            If the length is not that of a message.
+
+        """
+        return self._frame(MAX_MESSAGE)
+
+    def _frame(self, most: int) -> bytes:
+        length, = struct.unpack('<I', self._exactly(4))
+        if length > most:
+            raise Malformed(f'a length of {length} bytes, {most} at most')
+        return self._exactly(length)
+
+    def _exactly(self, count: int) -> bytes:
+        data = self._file.read(count)
+        if len(data) < count:
+            raise EOFError('the publisher closed the connection')
+        return data
+
+
+def encode_header(fields: dict[str, str]) -> bytes:
+    """Return a connection header with its length."""
+    parts = [f'{key}={value}'.encode() for key, value in fields.items()]
+    body = b''.join(struct.pack('<I', len(part)) + part for part in parts)
+    return struct.pack('<I', len(body)) + body
+
+
+def decode_header(body: bytes) -> dict[str, str]:
+    """
+    Return the fields of a connection header, without its length.
+
+    Raises
+    ------
+    Malformed
+        If the bytes are not a header.
+
+    """
+    fields, at = {}, 0
+    while at < len(body):
+        length = int.from_bytes(body[at:at + 4], 'little')
+        at += 4
+        if length > len(body) - at:
+            raise Malformed('a header field longer than the header')
+        key, separator, value = body[at:at + length].partition(b'=')
+        if not separator:
+            raise Malformed('a header field without "="')
+        fields[key.decode(errors='replace')] = value.decode(errors='replace')
+        at += length
+    return fields
+
+
+def _refuse_others(topic: str, header: dict[str, str]) -> None:
+    if 'error' in header:
+        raise Ros1Error(Step.PUBLISHER, f'the publisher refuses {topic} ({header["error"][:200]})',
+                        "look at the publisher's log")
+    kind, md5sum = header.get('type', ''), header.get('md5sum', '')
+    if kind != joint_state.TYPE:
+        raise Ros1Error(Step.TYPE, f'{topic} has the type {kind[:100] or "nothing"}',
+                        f'choose a topic of {joint_state.TYPE}')
+    if md5sum != joint_state.MD5SUM:
+        raise Ros1Error(Step.TYPE, f'{topic} has the checksum {md5sum[:100] or "nothing"}',
+                        f"the publisher's definition of {joint_state.TYPE} is not that of ROS 1 "
+                        f'({joint_state.MD5SUM}): build the publisher against common_msgs')

@@ -1,0 +1,117 @@
+"""The doctor walks from a real ROS 1 master to the residual, and names what fails."""
+
+import json
+import os
+import subprocess
+import sys
+
+from baxter_dynamics_ros.cli.doctor_robot import _contents
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.ros1.joint_state import JointState
+import numpy as np
+import pytest
+from ros1_processes import available, MISSING, Ros1
+
+NAMES = (*joint_names('right'), *joint_names('left'), 'l_gripper_l_finger_joint')
+POSTURE = np.array([0.1, -0.5, 0.2, 1.1, 0.1, 0.6, 0.2])  # [rad]
+QUANTUM = 3.927e-4  # of the velocity [rad/s]
+
+
+def rows(n, **changes):
+    """Return joint states of two arms at rest: stamp [ns], names, position, velocity, effort."""
+    random = np.random.default_rng(0)
+    settings = PredictorSettings()
+    still = np.zeros(7)
+    static = settings.effort_model.effort(settings.arm.gravity(POSTURE), POSTURE, still, still)
+    made = []
+    for k in range(n):
+        qd = QUANTUM * random.integers(-30, 30, 15)
+        effort = np.concatenate([static, static, [0.0]]) + random.normal(0.0, 0.03, 15)
+        row = {'names': NAMES, 'q': np.array([*POSTURE, *POSTURE, 0.0]), 'qd': qd,
+               'effort': effort}
+        row.update({key: change(row[key]) for key, change in changes.items()})
+        made.append((10 ** 18 + k * 10 ** 7, list(row['names']),
+                     *(list(map(float, row[key])) for key in ('q', 'qd', 'effort'))))
+    return made
+
+
+def doctor(*arguments):
+    """Run the doctor; return its exit code and its lines by the steps' names."""
+    ended = subprocess.run(
+        [sys.executable, '-m', 'baxter_dynamics_ros.cli.main', 'doctor', *arguments],
+        env=dict(os.environ), capture_output=True, text=True, timeout=60)
+    assert ended.stderr == ''
+    return ended.returncode, {line[6:18].strip(): (line[:6].strip(), line[18:])
+                              for line in ended.stdout.splitlines()}
+
+
+def test_every_step_passes_from_a_robot_to_the_residual(domain, start, tmp_path):
+    if not available():
+        pytest.skip(MISSING)
+    played = tmp_path / 'rows.json'
+    played.write_text('\n'.join(map(json.dumps, rows(4000))))
+    with Ros1() as ros1:
+        ros1.publish('--play', played, '--name', 'arms', address='011303P0017.local')
+        start('joint_state_bridge', '-p', f'master_uri:={ros1.uri}')
+        start('torque_predictor', '-p', 'arm:=both')
+        code, lines = doctor(ros1.uri)
+        print(lines)
+        assert code == 0, lines
+        assert all(word == 'ok' for word, _ in lines.values())
+        assert list(lines) == [
+            'name', 'route', 'master', 'topic', 'publishers', 'address', 'message', 'rate',
+            'lost', 'clock', 'arms', 'right effort', 'right arm', 'left effort', 'left arm',
+            'ROS 2', 'ROS 2 topic', 'ROS 2 data', 'residual']
+        assert '/arms at http://011303P0017.local' in lines['publishers'][1]
+        assert 'does not resolve: using the address of the master' in lines['publishers'][1]
+        assert lines['arms'][1] == 'arms: right, left; grippers: left'
+        assert '3.927e-04 rad/s' in lines['right arm'][1]
+        assert 'joint_state_bridge (reliable, volatile)' in lines['ROS 2 topic'][1]
+        assert not any('/doctor' in name for name in str(ros1.state()[1]).split("'"))
+
+        code, lines = doctor(ros1.uri, '--topic', '/joint_states')
+        assert code == 1
+        assert lines['topic'] == ('FAIL', '/joint_states is not published: give one of '
+                                  '/robot/joint_states as --topic')
+        assert lines['ROS 2 topic'][0] == 'FAIL'
+
+
+def test_without_an_address_it_checks_ros_2_alone(domain):
+    code, lines = doctor()
+    assert code == 1 and list(lines) == ['ROS 2', 'ROS 2 topic']
+    assert 'start joint_state_bridge' in lines['ROS 2 topic'][1]
+
+
+@pytest.mark.parametrize('changes, name, found', [
+    ({}, '', ''),
+    ({'effort': lambda x: 0.0 * x}, 'right effort', 'zero at all joints'),
+    ({'effort': lambda x: np.nan * x}, 'left effort', 'missing or NaN'),
+    ({'effort': lambda x: []}, 'right effort', 'missing or NaN'),
+    ({'effort': lambda x: -x}, 'right effort', 'opposite sign'),
+    ({'effort': lambda x: x + 34.0 * (np.arange(15) == 1)}, 'right effort', 's1 +3'),
+    ({'names': lambda x: x[1:] + ('x',)}, 'arms', 'arms: left; grippers: left'),
+    ({'names': lambda x: ['x'] * 15}, 'arms', 'arms: none; grippers: none'),
+])
+def test_joint_states_are_judged(changes, name, found):
+    states = [JointState(k, *row[:1], '', *row[1:]) for k, row in enumerate(rows(50, **changes))]
+    checks = {check.name: check for check in _contents(states)}
+    failed = [check for check in checks.values() if not check.passed]
+    if name:
+        assert found in checks[name].found, checks
+        assert checks[name].passed == found.startswith('arms: left')
+    else:
+        assert failed == []
+
+
+@pytest.mark.parametrize('recording, quantum, offset', [
+    ('baxter_kitting', '3.927e-04', False), ('baxter_hand_guided', '3.745e-04', True)])
+def test_real_robots_are_recognised(recordings, recording, quantum, offset):
+    with np.load(recordings / f'{recording}.npz') as file:
+        names = [str(name) for name in file['names']]
+        columns = [file[key][:400] for key in ('position', 'velocity', 'effort')]
+    states = [JointState(k, 0, '', names, *row) for k, row in enumerate(zip(*columns))]
+    checks = {check.name: check for check in _contents(states)}
+    print(*checks.values(), sep='\n')
+    assert quantum in checks['right arm'].found and checks['arms'].passed
+    assert checks['right effort'].passed != offset, checks

@@ -1,0 +1,219 @@
+"""The bridge between a real ROS 1 master, real rospy publishers, and ROS 2."""
+
+import json
+import signal
+import time
+
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from diagnostic_msgs.msg import DiagnosticArray
+import numpy as np
+import pytest
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from ros1_processes import available, MISSING, Ros1
+from sensor_msgs.msg import JointState
+
+TOPIC = '/robot/joint_states'
+ARMS = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '
+        'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0')
+GRIPPERS = 'l_gripper_l_finger_joint l_gripper_r_finger_joint'
+BEGIN = 1_500_000_000_123_456_789  # [ns]
+BACK = 3.0  # [s] from the return of a publisher to the first prediction
+
+
+@pytest.fixture
+def ros1():
+    """Return ROS 1: a master, and publishers on demand."""
+    if not available():
+        pytest.skip(MISSING)
+    with Ros1() as running:
+        yield running
+
+
+@pytest.fixture
+def bridge(robot, start, ros1):
+    """Return a function that starts the bridge with parameters, and waits for its topic."""
+    def start_(*parameters):
+        robot.bridged = robot.listen(JointState, TOPIC)
+        process = start('joint_state_bridge', '-p', f'master_uri:={ros1.uri}',
+                        *(word for each in parameters for word in ('-p', each)))
+        robot.until(lambda: robot.count_publishers(TOPIC) == 2)  # one is the test's own
+        robot.until(lambda: TOPIC in ros1.state()[1])
+        robot.spin(1.0)
+        return process
+    return start_
+
+
+def of(messages, name):
+    """Return the messages with a joint."""
+    return [message for message in messages if name in message.name]
+
+
+def status(robot, name):
+    """Return the next status of the bridge: level, message, values."""
+    arrays = robot.listen(DiagnosticArray, '/diagnostics')
+
+    def found():
+        return [each for array in arrays for each in array.status
+                if each.name == f'joint_state_bridge: {name}']
+    robot.until(found, 10.0)
+    each = found()[-1]
+    return each.level, each.message, {pair.key: pair.value for pair in each.values}
+
+
+def test_two_publishers_arrive_exactly_and_once_and_the_master_is_left_alone(
+        robot, bridge, ros1, stamps):
+    before = ros1.everything()
+    process = bridge('clock:=robot')
+    ros1.publish('--name', 'arms', '--joints', ARMS, '--count', 300, '--begin', BEGIN)
+    # A host that does not resolve, as the robot's: the master's address serves.
+    ros1.publish('--name', 'grippers', '--joints', GRIPPERS, '--count', 114, '--begin', BEGIN,
+                 '--rate', 38, address='011303P0017.local')
+    during = ros1.everything()
+    robot.until(lambda: len(robot.bridged) >= 414)
+    robot.spin(0.5)
+    assert len(robot.bridged) == 414
+    for name, rate, count in (('right_s0', 100, 300), ('l_gripper_l_finger_joint', 38, 114)):
+        messages = of(robot.bridged, name)
+        assert stamps(messages) == [BEGIN + round(k * 1e9 / rate) for k in range(count)]
+        for k, message in enumerate(messages):
+            values = [k + 0.001 * i for i in range(len(message.name))]
+            assert list(message.position) == values
+            assert list(message.velocity) == [-x for x in values]
+            assert list(message.effort) == [2 * x for x in values]
+        assert list(messages[0].name) == (ARMS if rate == 100 else GRIPPERS).split()
+    assert '011303P0017.local does not resolve: using the address of the master' in process.output
+
+    _, _, values = status(robot, TOPIC)
+    assert [values[f'/{name} {key}'] for name in ('arms', 'grippers')
+            for key in ('received', 'lost', 'repeated')] == ['300', '0', '0', '114', '0', '0']
+    level, message, values = status(robot, 'master')
+    assert (level, values['calls of the master arrive']) == (b'\x00', 'True'), message
+    offered, = [info.qos_profile for info in robot.get_publishers_info_by_topic(TOPIC)
+                if info.node_name == 'joint_state_bridge']
+    assert (offered.reliability, offered.durability) == (
+        ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+
+    # The bridge subscribes, and leaves no trace in the state, the types or the parameters.
+    (publishers, subscribers, services), types, parameters = during
+    ours = [name for name in subscribers[TOPIC] if name.startswith('/joint_state_bridge')]
+    assert len(ours) == 1
+    assert ours[0] not in str(publishers) + str(services) + str(parameters)
+    assert process.end(signal.SIGTERM) == 0
+    (publishers, subscribers, services), types, parameters = ros1.everything()
+    assert subscribers == {} and parameters == before[2]
+    assert set(publishers[TOPIC]) == {'/arms', '/grippers'}
+    assert 'joint_state_bridge' not in str((publishers, services, types))
+
+
+@pytest.mark.timeout(180)
+def test_predictions_return_after_each_fault(
+        robot, bridge, start_predictor, ros1, stamps):
+    process = bridge()
+    start_predictor()
+    publisher = ros1.publish('--joints', ARMS, '--still')
+
+    def returns(what):
+        since = time.time_ns()
+        robot.until(lambda: robot.predicted and stamps(robot.predicted[-1:])[0] > since, BACK,
+                    fail=False)
+        assert robot.predicted and stamps(robot.predicted[-1:])[0] > since, process.output
+        print(f'{what}: predictions after {(time.time_ns() - since) * 1e-9:.2f} s')
+
+    returns('first publisher')
+    ros1.kill(publisher)
+    robot.spin(0.5)
+    publisher = ros1.publish('--joints', ARMS, '--still')
+    returns('publisher killed and restarted')
+
+    publisher.send_signal(signal.SIGSTOP)
+    robot.spin(5.0)
+    level, message, _ = status(robot, TOPIC)
+    assert level == b'\x02' and f'nothing has arrived on {TOPIC} for 2 s' in message
+    publisher.send_signal(signal.SIGCONT)
+    returns('publisher stopped for 5 s')
+
+    ros1.kill(ros1.master)
+    newest = len(robot.predicted)
+    robot.spin(2.5)
+    assert len(robot.predicted) > newest  # publishers need no master
+    assert 'is closed: is ROS running there?' in status(robot, 'master')[1]
+    ros1.start_master()
+    robot.until(lambda: TOPIC in ros1.state()[1])
+    ros1.kill(publisher)
+    publisher = ros1.publish('--joints', ARMS, '--still', address='127.0.0.2')
+    returns('master restarted, publisher at another address')
+
+    ros1.kill(ros1.master)
+    ros1.kill(publisher)
+    robot.spin(3.0)
+    ros1.start_master()
+    ros1.publish('--name', 'other', '--joints', ARMS, '--still')
+    returns('both restarted')
+    assert status(robot, TOPIC)[2]['/other repeated'] == '0'
+    assert process.end() == 0
+    assert ros1.state()[1] == {}
+
+
+def test_local_stamps_are_the_robots_in_this_machines_time(robot, bridge, ros1, stamps):
+    bridge()
+    ros1.publish('--joints', 'a', '--behind', 2.6, '--count', 300)
+    ros1.publish('--name', 'even', '--joints', 'b', '--begin', BEGIN, '--count', 300)
+    robot.until(lambda: len(robot.bridged) >= 600)
+    late = (time.time_ns() - stamps(of(robot.bridged, 'a'))[-1]) * 1e-9
+    assert -0.1 < late < 1.5
+    steps = np.diff(stamps(of(robot.bridged, 'b')))
+    assert np.abs(steps * 1e-9 - 0.01).max() <= 2.1e-5  # 0.2 %
+    offset = float(status(robot, TOPIC)[2]['/robot clock offset [s]'])
+    assert 2.59 < offset < 2.7
+
+
+def test_a_recording_gives_the_residual_that_it_gives_offline(
+        robot, bridge, start_predictor, ros1, recordings, tmp_path, stamps):
+    with np.load(recordings / 'baxter_kitting.npz') as file:
+        chosen = np.flatnonzero(file['recording'] == 0)
+        names = [str(name) for name in file['names']]
+        rows = [(BEGIN + round((stamp - file['stamp'][chosen[0]]) * 1e9), names, *fields)
+                for stamp, *fields in zip(*(file[key][chosen].tolist() for key in (
+                    'stamp', 'position', 'velocity', 'effort')))]
+    played = tmp_path / 'rows.json'
+    played.write_text('\n'.join(map(json.dumps, rows)))
+    predictor = PredictorSettings({'arm': 'right'}).predictor()
+    offline = [made for stamp, names, *fields in rows if (made := predictor.handle(
+        stamp, names, *map(np.array, fields))) is not None]
+    assert len(offline) > 100
+
+    bridge('clock:=robot')
+    start_predictor()
+    robot.spin(1.0)
+    ros1.publish('--play', played, '--rate', 200)
+    robot.until(lambda: len(robot.bridged) == len(rows))
+    robot.until(lambda: len(robot.residual) == len(offline))
+    assert stamps(robot.bridged) == [row[0] for row in rows]
+    assert stamps(robot.residual) == [made.stamp_ns for made in offline]
+    live, wanted = (np.array(list(residuals)) for residuals in (
+        (message.effort for message in robot.residual), (made.residual for made in offline)))
+    rms = np.sqrt(np.mean(live ** 2, axis=0))
+    print('residual RMS [N m]:', rms.round(3))
+    np.testing.assert_allclose(rms, np.sqrt(np.mean(wanted ** 2, axis=0)), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(live, wanted, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize('arguments, problem', [
+    (['topics:=[/robot/joint_states]'], "name the robot's master"),
+    (['master_uri:=https://robot:11311'], "'https://robot:11311' is not the URI of a ROS 1"),
+    (['master_uri:=http://robot:11311', 'clock:=mine'], 'expected one of local, robot, receipt'),
+    (['master_uri:=http://robot:11311', 'topics:=[joint_states]'], 'not the full name of a topic'),
+    (['master_uri:=http://robot:11311', 'clocks:=robot'], 'is clock meant?'),
+])
+def test_parameters_that_cannot_be_used_are_refused(refuses, monkeypatch, arguments, problem):
+    monkeypatch.delenv('ROS_MASTER_URI', raising=False)
+    refuses('joint_state_bridge', arguments, problem)
+
+
+def test_it_waits_for_a_robot_that_is_not_there(robot, start):
+    process = start('joint_state_bridge', '-p', 'master_uri:=http://no-such-robot.local:11311')
+    robot.until(lambda: 'no-such-robot.local does not resolve' in process.output)
+    assert 'add the name to /etc/hosts' in process.output
+    begin = time.monotonic()
+    assert process.end() == 0
+    assert time.monotonic() - begin < 5.0
