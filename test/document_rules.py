@@ -119,7 +119,7 @@ def pytest(page, words):
         options.add_argument(option)
     options.add_argument('-k', default='test')
     options.add_argument('files', nargs='*', default=['test/test_tables.py'])
-    chosen = _parsed(options, words[1:])
+    chosen = _parsed(options.parse_args, words[1:])
     for file in chosen.files:
         path = page.folder / file.split('::')[0]
         if not path.exists():
@@ -201,15 +201,15 @@ def starts(words: list) -> set:
 
 def accepted(arguments):
     """Fail where the parser of baxter_dynamics refuses its arguments."""
-    from baxter_dynamics_ros.cli.main import _parser
-    _parsed(_parser(), arguments)
+    from baxter_dynamics_ros.cli.main import parse
+    _parsed(parse, arguments)
 
 
-def _parsed(parser, arguments):
+def _parsed(parse, arguments):
     said = StringIO()
     try:
         with redirect_stderr(said):
-            return parser.parse_args(arguments)
+            return parse(arguments)
     except SystemExit:
         raise Failure(said.getvalue()) from None
 

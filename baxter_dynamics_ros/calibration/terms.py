@@ -15,6 +15,7 @@ from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
 
+TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt')
 OPTIONAL = ('inertial', 'payload')  # terms that are fitted where asked for, and then in any case
 
 _INERTIA = 0.5  # before anything is measured: standard deviation [kg m^2]

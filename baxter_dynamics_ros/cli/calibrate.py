@@ -1,76 +1,80 @@
 """calibrate: fit the effort model to recordings of one's own robot."""
 
-from collections.abc import Sequence
+import argparse
 from contextlib import ExitStack
-from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from .inputs import read_inputs
+from .loading import load_module
+from .options import add_force, add_recordings, add_seed
 from .outputs import output_file
 from .. import __version__
 from ..calibration.calibrate_robot import calibrate
 from ..calibration.calibration_results import Calibration
+from ..calibration.terms import OPTIONAL, TERMS
+from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
-from ..recordings.parameter_file import read_parameters, write_parameters
-from ..recordings.reader import open_recordings
+from ..recordings.parameter_file import write_parameters
 from ..report.calibration_report import write_calibration
 
 
-def run(bags: Sequence[str], output: str, arm: 'str | None', topic: 'str | None',
-        params: 'str | None', inertial: bool, payload: bool, only: Sequence[str],
-        command: str) -> int:
-    """
-    Fit, print what it bought, and write the parameter file and the report beside it.
+DESCRIPTION = (
+    'Fit bias, friction, spring, tilt and more to recordings of one arm, keep the terms that '
+    'improve the prediction of recordings left out of the fit, and write a parameter file for '
+    'torque_predictor and evaluate, with a report beside it.')
 
-    Parameters
-    ----------
-    bags : sequence of str
-        Bags and .npz files of one arm.
-    output : str
-        The parameter file; the report gets its name with the ending .html.
-    arm, topic : str or None
-        Which arm and topic; None for the only ones.
-    params : str or None
-        A parameter file to begin with; None for the defaults of the package.
-    inertial, payload : bool
-        Whether to fit the links' inertial parameters, and what the hand carries.
-    only : sequence of str
-        The terms to fit, whatever they buy; none for all that pay.
-    command : str
-        The command line, for the report and the head of the file.
 
-    Returns
-    -------
-    int
-        Exit code 0.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics calibrate``."""
+    add_recordings(parser, nargs='*')
+    parser.add_argument('-o', '--output', metavar='FILE',
+                        help='parameter file (default: my_robot.yaml); the report has the same '
+                        'name and the ending .html. With --plan: new folder (default: '
+                        'baxter_plan)')
+    parser.add_argument('--inertial', action='store_true',
+                        help="also fit the links' inertial parameters, within the physically "
+                        'possible')
+    parser.add_argument('--payload', action='store_true',
+                        help='also fit the mass and the centre of mass of the tool')
+    parser.add_argument('--only', nargs='+', default=(), metavar='TERM',
+                        choices=(*TERMS, *OPTIONAL),
+                        help='fit these terms only, whether or not they improve the prediction: '
+                        + ', '.join((*TERMS, *OPTIONAL)))
+    parser.add_argument('--plan', action='store_true',
+                        help='do not calibrate: write an exciting trajectory of one minute to a '
+                        'file and run it on the fake Baxter')
+    add_seed(parser, 'with --plan: ')
+    add_force(parser)
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If something cannot be read, used or written.
 
-    """
+def main(args: argparse.Namespace) -> int:
+    """Fit the effort model, print the improvement, and write the parameter file and the report."""
+    if args.plan:
+        if args.bags:
+            raise BaxterDynamicsError('--plan takes no recordings')
+        return load_module(f'{__package__}.plan', 'demo').main(args)
+    if not args.bags:
+        raise BaxterDynamicsError('name at least one recording, or --plan for how to make one')
     console = Console()
-    path = output_file('--output', output, ('.yaml', '.yml'))
-    report = output_file('--output', path.with_suffix('.html'), ('.html',))
-    values = read_parameters(params, arm) if params else {}
-    if arm and values.get('arm', arm) != arm:
-        console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
-                      'and tilt belong to one arm', soft_wrap=True, highlight=False)
-    recordings = open_recordings([Path(bag).expanduser() for bag in bags], topic,
-                                 arm or values.get('arm'))
+    inputs = [*args.bags, *args.params]
+    path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
+                       inputs)
+    report = output_file('--output', path.with_suffix('.html'), ('.html',), args.force, inputs)
+    values, recordings = read_inputs(args, console)
     with ExitStack() as stack:
         for recording in recordings:
             stack.enter_context(recording)
         with console.status('') as status:
-            result = calibrate(recordings, values, inertial, payload, only, status.update)
-    comments = _comments(result, command)
-    write_calibration(report, result, command, path.name)
+            result = calibrate(recordings, values, args.inertial, args.payload,
+                               args.only, status.update)
+    comments = _comments(result, args.command_line)
     write_parameters(path, result.values, comments)
     _print(console, result)
     console.print(f'parameters: {path}', soft_wrap=True, highlight=False)
+    write_calibration(report, result, args.command_line, path.name)
     console.print(f'report: {report}', soft_wrap=True, highlight=False)
     return 0
 

@@ -1,5 +1,6 @@
 """The demo: a fake Baxter and the predictor, seen from outside through their topics."""
 
+import argparse
 import os
 from pathlib import Path
 import signal
@@ -17,6 +18,7 @@ from rich.progress import Progress
 from rich.table import Table
 from sensor_msgs.msg import JointState
 
+from .options import add_arm, number
 from .plots import plot_effort
 from .processes import NodeProcess
 from ..estimation.joint_selection import Intake
@@ -58,42 +60,35 @@ class Observer(Node):
         return future.result()
 
 
-def run(arm: str, duration: float, output: str) -> int:
-    """
-    Run the demo and print what it shows.
+DESCRIPTION = (
+    'Start a fake Baxter and the predictor as separate processes, compare the predicted with '
+    'the measured effort, call both services, and save a figure.')
 
-    Parameters
-    ----------
-    arm : str
-        'right' or 'left'.
-    duration : float
-        How long to look [s].
-    output : str
-        Path of the picture.
 
-    Returns
-    -------
-    int
-        Exit code: 0, or 143 where the demo was terminated.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics demo``."""
+    parser.add_argument('--duration', type=number(2, 3600, 'seconds'), default=20.0,
+                        metavar='SECONDS',
+                        help='duration of the comparison (default: %(default)g)')
+    parser.add_argument('--output', default='baxter_dynamics_demo.png', metavar='FILE',
+                        help='figure to save: .png, .pdf or .svg (default: %(default)s)')
+    add_arm(parser)
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If no prediction arrives, or the picture cannot be saved.
 
-    """
-    picture = _writable(output)
+def main(args: argparse.Namespace) -> int:
+    """Run the demo and print the comparison."""
+    picture = _writable(args.output)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     console = Console()
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
-              f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={arm}']
+              f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']
     rclpy.init(args=[])
     try:
         with NodeProcess('fake_baxter', common) as baxter, \
                 NodeProcess('torque_predictor', common) as predictor:
             observer = Observer()
             _await_prediction(observer, [baxter, predictor])
-            _watch(observer, duration, console)
+            _watch(observer, args.duration, console)
             answers = _call_services(observer)
             if len(observer.residual) < 2:
                 raise BaxterDynamicsError('predictions arrived, but no residuals:\n'
@@ -102,10 +97,10 @@ def run(arm: str, duration: float, output: str) -> int:
         return 128 + signal.SIGTERM
     finally:
         rclpy.try_shutdown()
-    series = _series(observer, arm)
+    series = _series(observer, args.arm)
     _print_comparison(console, series)
     _print_services(console, answers)
-    plot_effort(picture, series, f"Fake Baxter, {arm} arm, the paper's trajectory 3(a)")
+    plot_effort(picture, series, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
     console.print(f'picture: {picture}', soft_wrap=True)
     return 0
 

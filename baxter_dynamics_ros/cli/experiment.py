@@ -1,12 +1,15 @@
 """The paper's experiment on the fake Baxter: one of its three trajectories, and its evaluation."""
 
+import argparse
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 
 from . import evaluate
+from .options import add_arm, add_seed, number
 from ..model.exceptions import BaxterDynamicsError
+from ..recordings.parameter_file import NODE
 from ..recordings.writer import BagWriter
 from ..simulation.recorder import record
 from ..simulation.robot import FakeBaxter, JOINT_STATE_NAMES
@@ -21,48 +24,37 @@ _SETTLING = 0.3  # [s] recorded before the periods: a predictor gives nothing un
 _REPEATS = {'circle': 2, 'switch': 16, 'lift': 5}
 
 
-def run(trajectory: str, output: str, rate: float, duration: 'float | None', arm: str,
-        seed: int, command: str) -> int:
-    """
-    Record a trajectory of the paper on the fake Baxter, and evaluate the recording.
+DESCRIPTION = (
+    "Run one of the paper's trajectories, 3(a) circle, 3(b) switch or 3(c) lift, on the fake "
+    'Baxter, record it as a rosbag2, and evaluate the recording. No real robot is commanded.')
 
-    The folder gets ``bag`` and ``report``.
 
-    Parameters
-    ----------
-    trajectory : str
-        'circle', 'switch' or 'lift': the paper's 3(a), 3(b), 3(c).
-    output : str
-        Folder, new or empty.
-    rate : float
-        Joint states a second [Hz].
-    duration : float or None
-        How long to record [s]; None for :func:`whole_periods`.
-    arm : str
-        'right' or 'left'.
-    seed : int
-        Of the sensors' noise and the stamps' jitter.
-    command : str
-        The command line, for the report.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics experiment``."""
+    parser.add_argument('trajectory', choices=tuple(PERIODS))
+    parser.add_argument('-o', '--output', metavar='DIR',
+                        help='new folder for the bag and the report '
+                        '(default: baxter_experiment_TRAJECTORY)')
+    parser.add_argument('--rate', type=float, choices=(50.0, 100.0), default=100.0,
+                        help='joint states per second; the paper has 50 (default: 100)')
+    parser.add_argument('--duration', type=number(2, 3600, 'seconds'), metavar='SECONDS',
+                        help='length of the recording (default: whole periods of the trajectory, '
+                        'about a minute)')
+    add_arm(parser)
+    add_seed(parser)
 
-    Returns
-    -------
-    int
-        Exit code 0.
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If the folder is not empty or cannot be written.
-
-    """
+def main(args: argparse.Namespace) -> int:
+    """Record a trajectory of the paper on the fake Baxter and evaluate the recording."""
     console = Console()
-    folder = new_folder(output)
-    robot = FakeBaxter(arm, trajectory, seed=seed)
+    folder = new_folder(args.output or f'baxter_experiment_{args.trajectory}')
+    robot = FakeBaxter(args.arm, args.trajectory, seed=args.seed)
     robot.advance(START_UP)
-    duration = whole_periods(trajectory) if duration is None else duration
-    record_bag(folder / BAG, robot, duration, rate, seed, console)
-    return evaluate.run([folder / BAG], folder / REPORT, arm, None, None, None, command)
+    duration = args.duration or whole_periods(args.trajectory)
+    record_bag(folder / BAG, robot, duration, args.rate, args.seed, console)
+    return evaluate.main(argparse.Namespace(
+        bags=[folder / BAG], output=folder / REPORT, arm=args.arm, topic=None, params=[],
+        node=NODE, save_bag=None, force=False, command_line=args.command_line))
 
 
 def whole_periods(trajectory: str) -> float:

@@ -1,18 +1,21 @@
 """export: the closed form in other languages, and the base parameters as a table."""
 
+import argparse
 from importlib import import_module
 from keyword import iskeyword
+import os
 from pathlib import Path
 import re
 import sys
 from types import ModuleType
 from typing import Any
 
+from .options import add_parameters
 from .outputs import output_folder
 from .. import __version__
 from ..estimation.settings import PredictorSettings
 from ..export.base_table import base_table
-from ..export.functions import check_symbols, DEFAULT_SYMBOLS, derive
+from ..export.functions import check_symbols, DEFAULT_SYMBOLS, derive, SYMBOLS
 from ..files import write_files
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
@@ -28,44 +31,40 @@ _RIGID = ('not exported: the effort model (spring, friction, bias); tau is the r
           'the effort that is measured')
 
 
-def run(language: 'str | None', output: 'str | None', quantities: 'str | None',
-        params: 'str | None', base_parameters: bool, command_line: str) -> int:
-    """
-    Write the closed form in another language, or print the base parameters.
+LANGUAGES = ('c', 'python', 'numba', 'matlab', 'casadi', 'sympy', 'latex')
+DESCRIPTION = (
+    'Write the dynamics of the arm in another language, as standalone files that describe their '
+    "inputs and outputs. The arm's parameters are stored in the files as data.")
 
-    Parameters
-    ----------
-    language : str or None
-        Which; None where base parameters are printed.
-    output : str or None
-        The folder, or the file where there is but one; None for a folder named by the language.
-    quantities : str or None
-        What to write, with commas between; None for the default.
-    params : str or None
-        A parameter file, such as a calibration's; None for the defaults of the package.
-    base_parameters : bool
-        Whether to print the base parameters instead.
-    command_line : str
-        The command as it was given, for the files' heads.
 
-    Returns
-    -------
-    int
-        Exit code 0.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics export``."""
+    parser.add_argument('language', nargs='?', choices=LANGUAGES,
+                        help='language to write; casadi and sympy are Python files')
+    parser.add_argument('-o', '--output', metavar='PATH',
+                        help='folder, or file where there is only one (default: '
+                        'baxter_dynamics_LANGUAGE)')
+    parser.add_argument('--quantities', metavar='LIST',
+                        help='comma-separated list of ' + ','.join(SYMBOLS) + ': M, C and G of '
+                        'the model, MCG all three at once; Cqd the torque C qd; tau inverse, qdd '
+                        'forward dynamics; regressor Y of tau = Y phi; gradient of tau with '
+                        'respect to q and qd; christoffel the symbols h of '
+                        'C_ik = sum_m h_ikm qd_m (default: ' + ','.join(DEFAULT_SYMBOLS) + ')')
+    add_parameters(parser, 'with the payload, links and gravity to use')
+    parser.add_argument('--base-parameters', action='store_true',
+                        help='print the base parameters and their meaning instead')
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If something cannot be read, derived or written.
 
-    """
-    if base_parameters == bool(language):
+def main(args: argparse.Namespace) -> int:
+    """Write the closed form in another language, or print the base parameters."""
+    language, output, quantities = args.language, args.output, args.quantities
+    if args.base_parameters == bool(language):
         raise BaxterDynamicsError('name a language or --base-parameters, one of the two')
-    if base_parameters and (output is not None or quantities is not None):
+    if args.base_parameters and (output is not None or quantities is not None):
         raise BaxterDynamicsError('--base-parameters prints a table: it takes no --output and no '
                                   '--quantities')
-    arm = PredictorSettings(_read(params) if params else {}).arm
-    if base_parameters or language is None:
+    arm = PredictorSettings(_read(args) if args.params else {}).arm
+    if args.base_parameters or language is None:
         _say([base_table(arm)])
         return 0
     module = _exporter(language)
@@ -75,7 +74,7 @@ def run(language: 'str | None', output: 'str | None', quantities: 'str | None',
         functions = derive(arm, symbols)
     except ArgumentError as error:
         raise BaxterDynamicsError(f'--{error}') from None
-    texts = module.files(functions, arm, command=_command(command_line, symbols))
+    texts = module.files(functions, arm, command=_command(args.command_line, symbols))
     placed = _placed(texts, output or f'baxter_dynamics_{language}', language)
     stale = _stale(placed) if language == 'matlab' else []
     folder = next(iter(placed)).parent
@@ -134,12 +133,13 @@ def _say(lines: list[str]) -> None:
         raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
-def _read(path: str) -> dict[str, Any]:
+def _read(args: argparse.Namespace) -> dict[str, Any]:
     try:
         from ..recordings.parameter_file import read_parameters
     except ImportError as error:
         raise BaxterDynamicsError(f'--params: {error}: pip install pyyaml') from None
-    return read_parameters(path)
+    return read_parameters(args.params, args.node,
+                           lambda line: print(f'warning: {line}', file=sys.stderr))
 
 
 def _exporter(language: str) -> ModuleType:

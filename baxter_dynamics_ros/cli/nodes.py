@@ -1,7 +1,9 @@
-"""The commands that run a node: they say in one line what is missing where there is no ROS."""
+"""The node commands: report a missing library in one line."""
 
-import importlib
 import sys
+
+from .loading import load_module
+from ..model.exceptions import BaxterDynamicsError
 
 
 def torque_predictor() -> int:
@@ -16,16 +18,9 @@ def fake_baxter() -> int:
 
 def _run(executable: str) -> int:
     try:
-        return _node(executable)
-    except KeyboardInterrupt:  # before the node handles it, while modules load
-        return 0
-
-
-def _node(executable: str) -> int:
-    try:
-        node = importlib.import_module(f'baxter_dynamics_ros.nodes.{executable}')
-    except ImportError as error:
-        print(f'{executable}: {error}. Without ROS, install the ros extra: pip install ".[ros]"',
-              file=sys.stderr)
+        return load_module(f'baxter_dynamics_ros.nodes.{executable}', 'ros').main()
+    except BaxterDynamicsError as error:
+        print(f'{executable}: {error}', file=sys.stderr)
         return 1
-    return node.main()
+    except KeyboardInterrupt:  # while modules load, before the node handles signals
+        return 0

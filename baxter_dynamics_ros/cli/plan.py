@@ -1,5 +1,7 @@
 """What to move a robot by for a calibration: the exciting trajectory, described and tried."""
 
+import argparse
+
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -16,36 +18,14 @@ _RATE = 100.0  # of the recording [Hz]
 _REST = 1.0  # [s] recorded after the end, until the arm has come to rest
 
 
-def run_plan(output: str, arm: str, seed: int) -> int:
-    """
-    Describe the exciting trajectory, record it on the fake Baxter, and write it as a file.
-
-    Parameters
-    ----------
-    output : str
-        Folder, new or empty: ``bag`` and ``plan.csv`` go there. The file is for a person to play
-        by the Baxter SDK; nothing here moves a robot.
-    arm : str
-        'right' or 'left'.
-    seed : int
-        Of the fake Baxter's noise.
-
-    Returns
-    -------
-    int
-        Exit code 0.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the folder is not empty or cannot be written.
-
-    """
+def main(args: argparse.Namespace) -> int:
+    """Print the exciting trajectory, record it on the fake Baxter, and write it as a file."""
     console = Console()
-    folder = new_folder(output)
+    folder = new_folder(args.output or 'baxter_plan')
+    arm = args.arm or 'right'
     _describe(console, arm)
-    record_bag(folder / BAG, FakeBaxter(arm, 'exciting', seed=seed), DURATION + _REST, _RATE,
-               seed, console)
+    record_bag(folder / BAG, FakeBaxter(arm, 'exciting', seed=args.seed), DURATION + _REST, _RATE,
+               args.seed, console)
     write_plan(folder / PLAN, arm)
     console.print(f"for the SDK's joint_trajectory_file_playback.py: {folder / PLAN}\n"
                   'Keep 1.2 m around the arm free, and bring both arms to the first line '

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 import math
@@ -18,6 +19,7 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
+from .options import add_arm, number
 from .outputs import output_file
 from .watch_bars import BLOCKS, Glyphs, glyphs
 from .watch_listener import Listener
@@ -33,55 +35,48 @@ _LOOK = 0.05  # [s] between two looks at what has come, when nothing is drawn
 _LINE_EVERY = 1.0  # [s]
 
 
-def run(predictor: str, arm: str | None, topic: str, rate: float, duration: float | None,
-        once: bool, save: str | None) -> int:
-    """
-    Watch a predictor.
+DESCRIPTION = (
+    'Show the output of a running torque_predictor: measured and predicted effort, residual, '
+    'external effort, contact, rates and diagnostics. Prints one line per second where the output '
+    'is not a terminal. q or Ctrl-C quits.')
 
-    Parameters
-    ----------
-    predictor : str
-        Its name with its namespace.
-    arm : str or None
-        The only arm to show.
-    topic : str
-        The robot's joint states.
-    rate : float
-        Pictures a second.
-    duration : float or None
-        How long [s]; with ``once``, how long to wait at most.
-    once : bool
-        Whether to print one view, and no more.
-    save : str or None
-        The file for a picture of what is shown last.
 
-    Returns
-    -------
-    int
-        Exit code: 0, or 143 where it was terminated.
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``baxter_dynamics watch``."""
+    parser.add_argument('--node', default='/torque_predictor', metavar='NAME',
+                        help='name of the predictor with its namespace (default: %(default)s)')
+    add_arm(parser, 'show this arm only', None)
+    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
+                        help='topic of the joint states (default: %(default)s)')
+    parser.add_argument('--rate', type=number(0.2, 30, 'Hz'), default=10.0, metavar='HZ',
+                        help='screen updates per second (default: %(default)g)')
+    parser.add_argument('--duration', type=number(0.5, 86400, 'seconds'), metavar='SECONDS',
+                        help='stop after this time (default: run until Ctrl-C); with --once, the '
+                        'longest time to wait (default: 10)')
+    parser.add_argument('--once', action='store_true',
+                        help='wait for data, print it once and exit; exit code 1 if none arrives')
+    parser.add_argument('--save', metavar='FILE.svg',
+                        help='save the last view as an SVG figure')
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If nothing arrives and only one view was asked for, a name is none, or the picture or the
-        output cannot be written.
 
-    """
-    picture = output_file('--save', save, ('.svg',)) if save else None
+def main(args: argparse.Namespace) -> int:
+    """Watch a predictor."""
+    picture = output_file('--save', args.save, ('.svg',)) if args.save else None
     console = Console(highlight=False)
     try:
-        with _termination(), _listener(predictor, arm, topic) as listener:
-            watcher = _Watcher(listener, arm, console)
+        with _termination(), _listener(args.node, args.arm, args.topic) as listener:
+            watcher = _Watcher(listener, args.arm, console)
             try:
-                if once:
-                    watcher.once(ONCE_WAITS if duration is None else duration)
+                duration = math.inf if args.duration is None else args.duration
+                if args.once:
+                    watcher.once(ONCE_WAITS if args.duration is None else args.duration)
                 elif (sys.stdout is not None and sys.stdout.isatty()
                         and not console.is_dumb_terminal):
-                    watcher.live(1.0 / rate, math.inf if duration is None else duration)
+                    watcher.live(1.0 / args.rate, duration)
                 else:
-                    watcher.lines(math.inf if duration is None else duration)
+                    watcher.lines(duration)
             except (KeyboardInterrupt, _Terminated):
-                if not once:  # the usual end
+                if not args.once:  # the usual end
                     watcher.save(picture)
                 raise
             watcher.save(picture)

@@ -12,7 +12,7 @@ pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
 from baxter_dynamics_ros.calibration.body_terms import Links, Tilt, Tool  # noqa: E402, I100
 from baxter_dynamics_ros.calibration.fit import residual  # noqa: E402
-from baxter_dynamics_ros.calibration.terms import all_terms  # noqa: E402
+from baxter_dynamics_ros.calibration.terms import all_terms, OPTIONAL, TERMS  # noqa: E402
 
 NAMES = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'inertial')
 
@@ -62,6 +62,7 @@ def test_a_column_is_what_a_deviation_adds_to_the_prediction(name, settings, mot
 
 def test_every_term_is_tested():
     names = {term.name for term in all_terms(PredictorSettings(), True)}
+    assert names == {*TERMS, *OPTIONAL}
     assert names == {*NAMES, 'tilt', 'payload'}
 
 

@@ -87,7 +87,7 @@ def test_a_process_says_on_stderr_what_is_wrong_and_nothing_else(
 
 
 @pytest.mark.parametrize('arguments, problem', [
-    ((), 'the following arguments are required: command'),
+    ((), 'the following arguments are required: COMMAND'),
     (('fly',), "invalid choice: 'fly'"),
     (('evaluate',), 'the following arguments are required: BAG'),
     (('calibrate', '--only', 'luck'), "invalid choice: 'luck'"),

@@ -10,9 +10,8 @@ import pytest
 
 pytest.importorskip('casadi', reason='needs CasADi: pip install casadi')
 
-from baxter_dynamics_ros.cli import main  # noqa: E402, I100
-from baxter_dynamics_ros.export.base_table import base_table  # noqa: E402
-from baxter_dynamics_ros.export.functions import DEFAULT_SYMBOLS, SYMBOLS  # noqa: E402
+from baxter_dynamics_ros.export.base_table import base_table  # noqa: E402, I100
+from baxter_dynamics_ros.export.functions import DEFAULT_SYMBOLS  # noqa: E402
 
 FILES = {
     'c': ['baxter_dynamics.c', 'baxter_dynamics.h', 'example.c'],
@@ -71,11 +70,6 @@ def test_what_is_written_unless_told_otherwise(command, here):
     assert code == 0
     assert names(here) == ['baxter_dynamics_python']
     assert [line.split()[0] for line in out.splitlines()] == [*DEFAULT_SYMBOLS, 'not', 'wrote:']
-
-
-def test_the_choices_are_those_of_the_package():
-    assert main.QUANTITIES == tuple(SYMBOLS)
-    assert list(main.LANGUAGES) == list(FILES)
 
 
 def test_a_file_where_there_is_but_one(command, here):

@@ -3,7 +3,6 @@
 import csv
 import json
 
-from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
@@ -13,7 +12,8 @@ for module in ('mujoco', 'pinocchio', 'matplotlib', 'jinja2'):
 rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags: pip install ".[demo]"')
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 
-from baxter_dynamics_ros.cli import experiment, plan  # noqa: E402, I100
+from baxter_dynamics_ros.cli import experiment  # noqa: E402, I100
+from baxter_dynamics_ros.cli.main import main  # noqa: E402
 from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
@@ -36,20 +36,21 @@ def read(bag):
 
 def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys):
     output = tmp_path / 'switch'
-    command = 'baxter_dynamics experiment switch'
-    assert experiment.run('switch', str(output), 50.0, 1.2, 'left', 3, command) == 0
+    command = (f'baxter_dynamics experiment switch -o {output} --rate 50 --duration 2 --arm left '
+               '--seed 3')
+    assert main(command.split()[1:]) == 0
     rows = read(output / 'bag')
     assert {row[0] for row in rows} == {'/robot/joint_states'}
     robot = FakeBaxter('left', 'switch', seed=3)
     robot.advance(3.0)  # once the trajectory has come up to speed
-    expected = list(record(robot, 1.2, 50.0, 3))
+    expected = list(record(robot, 2.0, 50.0, 3))
     assert len(rows) == len(expected)
-    assert sum(len(row[2]) == 17 for row in rows) == 60
+    assert sum(len(row[2]) == 17 for row in rows) == 100
     for row, wanted in zip(rows, expected):
         assert row[1:3] == wanted[:2]
         np.testing.assert_array_equal(row[3:], wanted[2:])
     first, *_, last = capsys.readouterr().out.strip().splitlines()
-    assert first.startswith('recorded 60 joint states of 1.2 s on /robot/joint_states: ')
+    assert first.startswith('recorded 100 joint states of 2.0 s on /robot/joint_states: ')
     assert first.endswith(f'{output}/bag')
     assert last == f'report: {output}/report/report.html'
     assert sorted(path.name for path in output.iterdir()) == ['bag', 'report']
@@ -57,7 +58,7 @@ def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys):
     assert command in (report / 'report.html').read_text()
     numbers = json.loads((report / 'summary.json').read_text())
     assert (numbers['arm'], numbers['command']) == ('left', command)
-    assert numbers['lagrange_euler']['count'] == numbers['newton_euler']['count'] == 60 - 11
+    assert numbers['lagrange_euler']['count'] == numbers['newton_euler']['count'] == 100 - 11
 
 
 @pytest.mark.parametrize('trajectory', ['circle', 'switch', 'lift'])
@@ -70,7 +71,7 @@ def test_by_default_whole_periods_are_recorded_about_a_minute(trajectory):
 
 def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys):
     output = tmp_path / 'plan'
-    assert plan.run_plan(str(output), 'left', 0) == 0
+    assert main(['calibrate', '--plan', '-o', str(output), '--arm', 'left']) == 0
     assert sorted(path.name for path in output.iterdir()) == ['bag', 'plan.csv']
     with open(output / 'plan.csv') as file:
         table = list(csv.DictReader(file))
@@ -88,22 +89,21 @@ def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys):
     assert f'{output}/plan.csv' in printed
 
 
-def test_a_folder_that_is_not_empty_is_refused_and_left_alone(tmp_path):
+@pytest.mark.parametrize('verb', ['experiment lift', 'calibrate --plan'])
+def test_refuses_a_folder_that_is_not_empty(tmp_path, capsys, verb):
     (tmp_path / 'notes').write_text('mine')
-    for run in (lambda: experiment.run('lift', str(tmp_path), 100.0, 2.0, 'right', 0, ''),
-                lambda: plan.run_plan(str(tmp_path), 'right', 0)):
-        with pytest.raises(BaxterDynamicsError, match='--output: .* is not empty'):
-            run()
+    assert main([*verb.split(), '-o', str(tmp_path)]) == 1
+    assert 'is not empty' in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ['notes']
 
 
 @pytest.mark.parametrize('output', ['nowhere/below', 'file'])
-def test_a_folder_that_cannot_be_is_a_clear_error(tmp_path, output):
+def test_refuses_a_folder_that_cannot_be_made(tmp_path, capsys, output):
     (tmp_path / 'file').write_text('mine')
-    with pytest.raises(BaxterDynamicsError, match='--output: .* cannot be a folder'):
-        experiment.run('circle', str(tmp_path / output), 100.0, 2.0, 'right', 0, '')
+    assert main(['experiment', 'circle', '-o', str(tmp_path / output)]) == 1
+    assert 'cannot be a folder' in capsys.readouterr().err
 
 
-def test_an_empty_folder_is_taken(tmp_path):
-    assert experiment.run('lift', str(tmp_path), 100.0, 0.1, 'right', 0, '') == 0
+def test_accepts_an_empty_folder(tmp_path):
+    assert main(['experiment', 'lift', '-o', str(tmp_path), '--duration', '2']) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'report']
