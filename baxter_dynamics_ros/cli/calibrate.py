@@ -70,6 +70,9 @@ def main(args: argparse.Namespace) -> int:
         with console.status('') as status:
             result = calibrate(recordings, values, args.inertial, args.payload,
                                args.only, status.update)
+    for recording in recordings:
+        for remark in recording.remarks:
+            console.print(f'warning: {recording.name}: {remark}', soft_wrap=True, highlight=False)
     comments = _comments(result, args.command_line)
     write_parameters(path, result.values, comments)
     _print(console, result)

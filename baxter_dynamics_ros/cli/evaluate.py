@@ -2,6 +2,7 @@
 
 import argparse
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -53,7 +54,9 @@ def main(args: argparse.Namespace) -> int:
             writer = stack.enter_context(BagWriter(Path(args.save_bag).expanduser()))
         for recording in recordings:
             with recording, watched(recording, console) as played:
-                evaluations.append(evaluator.evaluate(played))
+                evaluation = evaluator.evaluate(played)
+                evaluations.append(replace(
+                    evaluation, warnings=(*recording.remarks, *evaluation.warnings)))
                 if writer is not None:
                     settings = PredictorSettings({**values, 'arm': recording.arm})
                     save_predictions(recording, settings, writer, args.node)

@@ -3,8 +3,11 @@
 import argparse
 from collections.abc import Sequence
 import io
+import os
 import shlex
+import signal
 import sys
+import threading
 
 from .loading import load_module
 from .. import __version__
@@ -33,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0, or 1 with the reason on stderr.
 
     """
+    os.environ['MPLBACKEND'] = 'agg'  # a notebook's may not even be installed here
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors='backslashreplace')  # file names may not be valid text
     try:

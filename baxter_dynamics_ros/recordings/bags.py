@@ -146,7 +146,7 @@ class BagRecording:
                     stamps.append(state.stamp_ns)
                 if i >= _PEEK and sides_of(names, arm):
                     break
-            self._stands_still = len(stamps) > 1 and len(set(stamps)) == 1
+            self._stands_still = len(stamps) > 1 and {*stamps} == {stamps[0]} != {0}
         return self._names[topic]
 
     def _play(self, topic: str) -> Iterator[JointState]:
