@@ -9,7 +9,7 @@ import time
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import joint_names
-from baxter_dynamics_ros.recordings.bags import open_bag
+from baxter_dynamics_ros.recordings.bags import BagRecording
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
 from baxter_dynamics_ros.recordings.writer import BagWriter
 import numpy as np
@@ -68,7 +68,7 @@ def read(path: Path) -> float:
 def evaluate(path: Path) -> float:
     """Return how long it takes to evaluate it [s]."""
     start = time.perf_counter()
-    with open_bag(path, arm='right') as recording:
+    with BagRecording(path, arm='right') as recording:
         Evaluator({}).evaluate(recording)
     return time.perf_counter() - start
 

@@ -2,11 +2,11 @@
 
 import argparse
 from contextlib import ExitStack
-from pathlib import Path
 
 from .console import progress, show_table
+from .inputs import read_inputs
 from .loading import load_module
-from .options import add_recordings, add_seed
+from .options import add_force, add_recordings, add_seed
 from .outputs import output_file
 from .printing import say
 from .. import __version__
@@ -15,10 +15,8 @@ from ..calibration.calibration_results import Calibration
 from ..calibration.terms import OPTIONAL, TERMS
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
-from ..recordings.parameter_file import read_parameters, write_parameters
-from ..recordings.reader import open_recordings
+from ..recordings.parameter_file import write_parameters
 from ..report.calibration_report import write_calibration
-
 
 DESCRIPTION = (
     'Fit bias, friction, spring, tilt and more to recordings of one arm, keep the terms that '
@@ -46,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='do not calibrate: write an exciting trajectory of one minute to a '
                         'file and run it on the fake Baxter')
     add_seed(parser, 'with --plan: ')
+    add_force(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -56,25 +55,25 @@ def main(args: argparse.Namespace) -> int:
         return load_module(f'{__package__}.plan', 'demo').main(args)
     if not args.bags:
         raise BaxterDynamicsError('name at least one recording, or --plan for how to make one')
-    path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'))
-    report = output_file('--output', path.with_suffix('.html'), ('.html',))
-    values = read_parameters(args.params) if args.params else {}
-    if args.arm and values.get('arm', args.arm) != args.arm:
-        say(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
-            'and tilt belong to one arm')
-    recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
-                                 args.arm or values.get('arm'))
+    inputs = [*args.bags, *args.params]
+    path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
+                       inputs)
+    report = output_file('--output', path.with_suffix('.html'), ('.html',), args.force, inputs)
+    values, recordings = read_inputs(args)
     with ExitStack() as stack:
         for recording in recordings:
             stack.enter_context(recording)
         with progress() as update:
             result = calibrate(recordings, values, args.inertial, args.payload, args.only,
                                lambda text: update(0.0, text))
+    for recording in recordings:
+        for remark in recording.remarks:
+            say(f'warning: {recording.name}: {remark}')
     comments = _comments(result, args.command_line)
-    write_calibration(report, result, args.command_line, path.name)
     write_parameters(path, result.values, comments)
     _print(result)
     say(f'parameters: {path}')
+    write_calibration(report, result, args.command_line, path.name)
     say(f'report: {report}')
     return 0
 

@@ -1,30 +1,23 @@
 """evaluate: how well the model predicts recordings, as a report to look at."""
 
 import argparse
-from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from .console import show_table
-from .options import add_recordings
+from .inputs import read_inputs
+from .options import add_force, add_recordings
 from .outputs import output_folder
 from .printing import say
 from .progress import watched
-from ..estimation.predictor import Prediction
+from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import BASE_FRAME, joint_names, JOINTS
+from ..model.joints import JOINTS
 from ..recordings.evaluate_recordings import Evaluator
 from ..recordings.evaluation_results import Evaluation
-from ..recordings.parameter_file import NODE, read_parameters
-from ..recordings.playback import Block
-from ..recordings.reader import open_recordings
-from ..recordings.writer import BagWriter
+from ..recordings.writer import BagWriter, save_predictions
 from ..report.evaluation_report import Total, write_evaluation
-
-# Where --save-bag puts what the node would publish.
-PREDICTED_EFFORT = f'/{NODE}/predicted_effort'
-EFFORT_RESIDUAL = f'/{NODE}/effort_residual'
-
 
 DESCRIPTION = (
     'Predict the effort in recordings with the code of the node, compare it with the measured '
@@ -37,23 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', default='baxter_evaluation', metavar='DIR',
                         help='folder for the report (default: %(default)s)')
     parser.add_argument('--save-bag', metavar='OUT',
-                        help='write a new bag with the contents of the recording, the predicted '
-                        'effort and the residual')
+                        help='write the predicted effort, the residual and the external effort '
+                        'to a new bag')
+    add_force(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
-    folder = output_folder('--output', args.output)
+    folder = output_folder('--output', args.output, args.force, [*args.bags, *args.params])
     if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
-    values = read_parameters(args.params) if args.params else {}
-    if args.arm and values.get('arm', args.arm) != args.arm:
-        say(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
-            'and tilt belong to one arm')
-    recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
-                                 args.arm or values.get('arm'))
-    if not recordings:
-        raise BaxterDynamicsError(f'{", ".join(args.bags)}: no recordings')
+    values, recordings = read_inputs(args)
     if args.save_bag and len(recordings) > 1:
         raise BaxterDynamicsError(
             f'--save-bag: one recording at a time, not {len(recordings)}')
@@ -61,43 +48,27 @@ def main(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         writer = None
         if args.save_bag:
-            writer = stack.enter_context(BagWriter(
-                Path(args.save_bag).expanduser(), reserved=(PREDICTED_EFFORT, EFFORT_RESIDUAL)))
+            writer = stack.enter_context(BagWriter(Path(args.save_bag).expanduser()))
         for recording in recordings:
-            with recording, watched(recording, writer) as played:
-                sink = None if writer is None else _sink(writer, recording.arm)
-                evaluations.append(evaluator.evaluate(played, sink))
+            with recording, watched(recording) as played:
+                evaluation = evaluator.evaluate(played)
+                evaluations.append(replace(
+                    evaluation, warnings=(*recording.remarks, *evaluation.warnings)))
+                if writer is not None:
+                    settings = PredictorSettings({**values, 'arm': recording.arm})
+                    save_predictions(recording, settings, writer, args.node)
         # Within, so that there is no new bag without a report.
         total: Total | Evaluation = evaluations[0]
         if len(evaluations) > 1:
             total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
+        _print(evaluations, total)
         write_evaluation(folder, evaluations, total, args.command_line,
-                         Path(args.params).name if args.params else 'defaults of the package')
-    _print(evaluations, total)
+                         ', '.join(Path(path).name for path in args.params)
+                         or 'defaults of the package')
     if writer is not None:
-        for topic_, reason in writer.skipped.items():
-            say(f'not copied: {topic_}: {reason}')
         say(f'bag: {writer.path}')
     say(f'report: {folder / "report.html"}')
     return 0
-
-
-def _sink(writer: BagWriter, arm: str) -> Callable[[Block, Prediction], None]:
-    """Return a function that writes predictions as the node publishes them."""
-    names = joint_names(arm)
-
-    def write(block: Block, prediction: Prediction) -> None:
-        residuals = prediction.residual
-        assert residuals is not None  # in a block it is NaN instead
-        for received, stamp, q, qd, effort, residual in zip(
-                block.received_ns.tolist(), prediction.stamp_ns.tolist(), prediction.q,
-                prediction.qd, prediction.effort, residuals):
-            writer.joint_state(PREDICTED_EFFORT, stamp, names, q, qd, effort, received,
-                               BASE_FRAME)
-            if residual[0] == residual[0]:  # NaN where no effort was measured
-                writer.joint_state(EFFORT_RESIDUAL, stamp, names, q, qd, residual, received,
-                                   BASE_FRAME)
-    return write
 
 
 def _print(evaluations: list[Evaluation], total: Total | Evaluation) -> None:

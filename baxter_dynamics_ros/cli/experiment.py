@@ -8,6 +8,7 @@ from .console import progress
 from .options import add_arm, add_seed, number
 from .printing import say
 from ..model.exceptions import BaxterDynamicsError
+from ..recordings.parameter_file import NODE
 from ..recordings.writer import BagWriter
 from ..simulation.recorder import record
 from ..simulation.robot import FakeBaxter, JOINT_STATE_NAMES
@@ -50,8 +51,8 @@ def main(args: argparse.Namespace) -> int:
     duration = args.duration or whole_periods(args.trajectory)
     record_bag(folder / BAG, robot, duration, args.rate, args.seed)
     return evaluate.main(argparse.Namespace(
-        bags=[folder / BAG], output=folder / REPORT, arm=args.arm, topic=None, params=None,
-        save_bag=None, command_line=args.command_line))
+        bags=[folder / BAG], output=folder / REPORT, arm=args.arm, topic=None, params=[],
+        node=NODE, save_bag=None, force=False, command_line=args.command_line))
 
 
 def whole_periods(trajectory: str) -> float:

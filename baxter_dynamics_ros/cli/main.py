@@ -2,8 +2,11 @@
 
 import argparse
 from collections.abc import Sequence
+import os
 import shlex
+import signal
 import sys
+import threading
 from typing import NoReturn
 
 from .loading import load_module
@@ -43,6 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0, or 1 with the reason on stderr.
 
     """
+    os.environ['MPLBACKEND'] = 'agg'  # a notebook's backend may not be installed here
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
     except BaxterDynamicsError as error:

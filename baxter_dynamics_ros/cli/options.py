@@ -37,10 +37,22 @@ def add_seed(parser: argparse.ArgumentParser, prefix: str = '') -> None:
 def add_recordings(parser: argparse.ArgumentParser, nargs: str = '+') -> None:
     """Add the recordings and the options for reading them."""
     parser.add_argument('bags', nargs=nargs, metavar='BAG',
-                        help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, or an .npz file')
+                        help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, an .npz or a .csv file')
     add_arm(parser, 'arm (default: the only one in the recording)', None)
     parser.add_argument('--topic', metavar='NAME',
                         help='topic of the joint states (default: /robot/joint_states)')
-    parser.add_argument('--params', metavar='FILE',
-                        help='parameter file of torque_predictor, such as the result of a '
-                        'calibration')
+    add_parameters(parser, 'such as the result of a calibration')
+
+
+def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
+    """Add ``--params`` and ``--node``."""
+    parser.add_argument('--params', metavar='FILE', action='append', default=[],
+                        help=f'parameter file of torque_predictor, {text}; given several times, '
+                        'later files override earlier ones')
+    parser.add_argument('--node', metavar='NAME', default='/torque_predictor',
+                        help='node whose parameters to take from the files (default: %(default)s)')
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """Add ``--force``."""
+    parser.add_argument('--force', action='store_true', help='replace existing output')

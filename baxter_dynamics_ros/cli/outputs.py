@@ -1,5 +1,6 @@
-"""Where a command writes: what cannot be written is refused before work begins."""
+"""Where a command writes: whatever cannot be written is refused before work begins."""
 
+from collections.abc import Iterable
 import os
 from pathlib import Path
 import tempfile
@@ -7,14 +8,26 @@ import tempfile
 from ..model.exceptions import BaxterDynamicsError
 
 
-def output_folder(option: str, output: str | Path) -> Path:
+def output_folder(option: str, output: str | Path, force: bool = True,
+                  inputs: Iterable[str | Path] = ()) -> Path:
     """
-    Return the folder that an option names, which may be missing as yet, and those above it.
+    Return the absolute path of an output folder, which may not exist yet.
+
+    Parameters
+    ----------
+    option : str
+        The option that names it, for error messages.
+    output : Path
+        The folder.
+    force : bool
+        Whether it may exist and have contents.
+    inputs : iterable of Path
+        Files and folders that the command reads.
 
     Raises
     ------
     BaxterDynamicsError
-        If it cannot be made, or nothing can be written into it.
+        If it cannot be created or written, or must not be.
 
     """
     path = Path(output).expanduser().resolve()
@@ -22,17 +35,21 @@ def output_folder(option: str, output: str | Path) -> Path:
     if not there.is_dir():
         raise BaxterDynamicsError(f'{option}: {there} is no folder')
     _refuse_closed(option, there)
+    _refuse_existing(option, path, force, inputs)
     return path
 
 
-def output_file(option: str, output: str | Path, endings: tuple[str, ...]) -> Path:
+def output_file(option: str, output: str | Path, endings: tuple[str, ...], force: bool = True,
+                inputs: Iterable[str | Path] = ()) -> Path:
     """
-    Return the file that an option names, in a folder that is there.
+    Return the absolute path of an output file in an existing folder.
+
+    Parameters are those of :func:`output_folder`; endings are the permitted file name extensions.
 
     Raises
     ------
     BaxterDynamicsError
-        If its ending is none of those given, or it cannot be written.
+        If it has another ending, cannot be written, or must not be.
 
     """
     path = Path(output).expanduser().resolve()
@@ -43,7 +60,20 @@ def output_file(option: str, output: str | Path, endings: tuple[str, ...]) -> Pa
     if path.is_dir():
         raise BaxterDynamicsError(f'{option}: {path} is a folder')
     _refuse_closed(option, path.parent)
+    _refuse_existing(option, path, force, inputs)
     return path
+
+
+def _refuse_existing(option: str, path: Path, force: bool, inputs: Iterable[str | Path]) -> None:
+    if not path.exists() or path.is_dir() and not any(path.iterdir()):
+        return
+    for source in (Path(name).expanduser() for name in inputs):
+        if source.exists() and (path.is_relative_to(source.resolve())
+                                or os.path.samefile(path, source)):
+            raise BaxterDynamicsError(f'{option}: {path} belongs to the input {source}')
+    if not force:
+        raise BaxterDynamicsError(f'{option}: {path} exists; choose another name, or replace it '
+                                  'with --force')
 
 
 def _refuse_closed(option: str, folder: Path) -> None:

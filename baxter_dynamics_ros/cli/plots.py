@@ -2,15 +2,13 @@
 
 from pathlib import Path
 
-import matplotlib
-import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+import matplotlib.style
 import numpy as np
 
 from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
-
-matplotlib.use('Agg')  # files only: no screen needed
 
 _MEASURED, _PREDICTED, _RESIDUAL, _DIFFERENCE = '#9aa5b1', '#0b6e99', '#b3401f', '#e4d3c8'
 
@@ -35,8 +33,16 @@ def plot_effort(path: Path, series: dict[str, Array], title: str) -> None:
         If the file cannot be written.
 
     """
-    figure, axes = plt.subplots(len(JOINTS), 2, figsize=(12, 10), sharex=True,
-                                layout='constrained')
+    try:
+        with matplotlib.style.context('default'):  # whatever the user's settings are
+            _draw(series, title).savefig(path, dpi=85)
+    except OSError as error:
+        raise BaxterDynamicsError(f'{path}: cannot be written ({error})') from None
+
+
+def _draw(series: dict[str, Array], title: str) -> Figure:
+    figure = Figure(figsize=(12, 10), layout='constrained')
+    axes = figure.subplots(len(JOINTS), 2, sharex=True)
     figure.suptitle(title, fontsize=14)
     for i, (joint, (left, right)) in enumerate(zip(JOINTS, axes)):
         left.plot(series['time'], series['measured'][:, i], color=_MEASURED, lw=2.2,
@@ -64,9 +70,4 @@ def plot_effort(path: Path, series: dict[str, Array], title: str) -> None:
                     frameon=False, borderaxespad=0.2)
     for axis in axes[-1]:
         axis.set_xlabel('time [s]')
-    try:
-        figure.savefig(path, dpi=85)
-    except OSError as error:
-        raise BaxterDynamicsError(f'{path}: cannot be written ({error})') from None
-    finally:
-        plt.close(figure)
+    return figure

@@ -1,49 +1,51 @@
-"""Recordings in bags of ROS 1 and ROS 2: an arm's joint states, in the order of recording."""
+"""Joint states of one arm in a bag of ROS 1 or ROS 2, in the order of recording."""
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from contextlib import suppress
+from functools import lru_cache
 import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosbags.interfaces import Connection
-from rosbags.rosbag1 import Reader as Ros1Reader
-from rosbags.rosbag2 import Reader as Ros2Reader
+from rosbags.serde import SerdeError
+from rosbags.typesys import get_typestore, Stores
+from rosbags.typesys.store import Typestore
 
-from .choice import choose_arm, choose_topic
-from .definitions import JOINT_STATE, ros1, ros2
+from .choice import choose_arm, choose_topic, JOINT_STATE, READABLE, sides_of
 from .diagnosis import bag_error, BagError, refuse_unfinished
-from .writer import BagWriter
+from .mcap_file import Channel
+from .storage import NotAFileError, open_storage
 from ..model.arrays import Array
 
-_PEEK = 1000  # messages that tell which joints a topic is about
+_PEEK = 1000  # messages read to find the arms on a topic; more until there is one
+_SPARE = (0, 4, 8)  # bytes that some writers leave behind a message
 
 
 class JointState(NamedTuple):
-    """A joint state as recorded, whatever is in it."""
+    """A joint state as recorded, with a stamp that serves."""
 
-    stamp_ns: int  # the header's [ns]
-    names: Sequence[str]  # its joints
+    stamp_ns: int  # the header's, or received_ns where that is zero or stands still [ns]
+    names: Sequence[str]  # joints
     position: Array  # [rad]; as long as names, unless the message is malformed
     velocity: Array  # [rad/s]; as long, or empty
     effort: Array  # [N m]; as long, or empty
-    received_ns: int  # when it was recorded [ns]
+    received_ns: int  # time of recording [ns]
 
 
 class BagRecording:
     """
-    The joint states of one arm in a bag; a context manager, for the bag is open within.
+    The joint states of one arm in a bag; a context manager that keeps the bag open.
 
-    Iterate over it for each :class:`JointState` on its topic, as often as you like. Memory does
-    not grow with the bag, but for the index that a ROS 1 bag needs.
+    Iterate over it for each :class:`JointState` on its topic, any number of times. Memory does
+    not grow with the bag, except for the index of a ROS 1 bag.
 
     Parameters
     ----------
     path : Path
-        A folder of rosbag2 (MCAP or SQLite), one of its files, or a ROS 1 bag.
+        A rosbag2 folder (MCAP or SQLite), one of its files, or a ROS 1 bag.
     topic : str, optional
-        Where its joint states are; by default the robot's usual topic, or else the only one with
-        an arm's joints.
+        Topic of the joint states; by default the robot's usual topic, or the only one with an
+        arm's joints.
     arm : str, optional
         'right' or 'left'; by default the only arm in the bag.
 
@@ -52,16 +54,16 @@ class BagRecording:
     path : Path
         The bag.
     name : str
-        Its folder's or file's, without ending.
+        Name of its folder or file, without ending.
     topic, arm : str
         As given or, once open, as found.
     count : int
-        How many joint states the topic has; once open.
+        Number of joint states on the topic, once open.
 
     Raises
     ------
     BagError
-        If it cannot be read, or does not have that; while iterating, too.
+        If it cannot be read or has no such joint states; also while iterating.
 
     """
 
@@ -72,95 +74,123 @@ class BagRecording:
         self.arm: str = arm  # type: ignore[assignment]
         self.count = 0
         self._wanted = (topic, arm)
+        self._names: dict[str, set[str]] = {}  # topic -> joints
+        self._stands_still = False
+        self._unstamped = 0  # messages of the latest iteration
 
     def __enter__(self) -> 'BagRecording':
-        """Open it and find topic and arm."""
+        """Open the bag and find topic and arm."""
         try:
             refuse_unfinished(self.path)
-            is_ros1 = self.path.suffix in ('.bag', '.active') and not self.path.is_dir()
-            self._decode = ros1().deserialize_ros1 if is_ros1 else ros2().deserialize_cdr
-            self._reader = (Ros1Reader if is_ros1 else Ros2Reader)(self.path)
-            self._reader.open()
+            self._storage = open_storage(self.path)
         except BagError:
             raise
-        except Exception as error:  # of a parser: whatever a broken file leads it to
+        except NotAFileError as error:
+            raise BagError(str(error)) from None
+        except Exception as error:  # whatever a broken file makes a library raise
             raise bag_error(self.path, error) from None
         try:
             self._choose(*self._wanted)
         except BaseException:
-            self._reader.close()
+            self._storage.close()
             raise
         return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
-        """Close it."""
-        self._reader.close()
+        """Close the bag."""
+        self._storage.close()
 
     def __iter__(self) -> Iterator[JointState]:
         """Yield each :class:`JointState` of the topic."""
-        return self._play(self.topic)
+        self._unstamped = 0
+        for state in self._play(self.topic):
+            if self._stands_still or not state.stamp_ns:
+                self._unstamped += not state.stamp_ns
+                state = state._replace(stamp_ns=state.received_ns)
+            yield state
 
-    def copied_to(self, writer: BagWriter) -> Iterator[JointState]:
-        """Yield the same, and on the way copy every message of the bag, of all topics."""
-        return self._play(self.topic, writer)
+    @property
+    def remarks(self) -> list[str]:
+        """Return what a user should know of the recording, once it is read."""
+        if self._stands_still:
+            return ['the stamps stand still: the times of recording are used instead, which '
+                    'blurs the accelerations']
+        if self._unstamped:
+            return [f'{self._unstamped} of {self.count} messages have no stamp: their times of '
+                    'recording are used, which blurs the accelerations']
+        return []
 
     def _choose(self, topic: 'str | None', arm: 'str | None') -> None:
         topics: dict[str, set[str]] = {}
-        for connection in self._reader.connections:
-            if connection.msgcount:
-                topics.setdefault(connection.topic, set()).add(connection.msgtype)
-        self.topic = choose_topic(self.path, topics, topic, arm, self._peek)
-        self.arm = choose_arm(f'{self.path}: {self.topic}', self._peek(self.topic), arm)
-        self.count = sum(connection.msgcount for connection in self._connections(self.topic))
+        for channel in self._storage.channels:
+            note = '' if channel.encoding in READABLE else f' ({channel.encoding})'
+            topics.setdefault(channel.topic, set()).add(channel.kind + note)
+        self.topic = choose_topic(self.path, topics, topic, arm,
+                                  lambda name: self._peek(name, arm))
+        self.arm = choose_arm(f'{self.path}: {self.topic}', self._peek(self.topic, arm), arm)
+        self.count = sum(channel.count for channel in self._channels(self.topic))
 
-    def _connections(self, topic: str) -> list[Connection]:
-        return [connection for connection in self._reader.connections
-                if connection.topic == topic and connection.msgtype == JOINT_STATE]
+    def _channels(self, topic: str) -> list[Channel]:
+        return [channel for channel in self._storage.channels
+                if channel.topic == topic and channel.kind == JOINT_STATE
+                and channel.encoding in READABLE]
 
-    def _peek(self, topic: str) -> set[str]:
-        """Return the joints that the first messages of a topic name."""
-        names: set[str] = set()
-        for state in islice(self._play(topic), _PEEK):
-            names.update(state.names)
-        return names
+    def _peek(self, topic: str, arm: 'str | None') -> set[str]:
+        """Return joints on a topic: of the first messages, and until there are an arm's."""
+        if topic not in self._names:
+            names = self._names[topic] = set()
+            stamps = []
+            for i, state in enumerate(self._play(topic)):
+                names.update(state.names)
+                if sides_of(set(state.names)):
+                    stamps.append(state.stamp_ns)
+                if i >= _PEEK and sides_of(names, arm):
+                    break
+            self._stands_still = len(stamps) > 1 and {*stamps} == {stamps[0]} != {0}
+        return self._names[topic]
 
-    def _play(self, topic: str, writer: BagWriter | None = None) -> Iterator[JointState]:
-        played = self._connections(topic)
-        ids = {connection.id for connection in played}
-        missing = sum(connection.msgcount for connection in played)
-        connections = played if writer is None else self._reader.connections
-        for connection, received_ns, raw in self._messages(connections):
-            if writer is not None:
-                writer.copy(connection, received_ns, raw)
-            if connection.id in ids:
-                missing -= 1
-                yield self._state(topic, received_ns, raw)
-        if missing > 0:  # the library steps over what it does not know
+    def _play(self, topic: str) -> Iterator[JointState]:
+        channels = self._channels(topic)
+        missing = sum(channel.count for channel in channels)
+        messages = self._storage.messages(channels)
+        while True:
+            try:
+                channel, received_ns, raw = next(messages)
+            except StopIteration:
+                break
+            except Exception as error:  # whatever a broken file makes a library raise
+                raise bag_error(self.path, error) from None
+            missing -= 1
+            yield self._state(channel, received_ns, raw)
+        if missing > 0:  # a library may skip what it does not know
             raise BagError(f'{self.path}: {missing} messages on {topic} are missing: it is '
                            'damaged, or its list of contents is of another file')
 
-    def _messages(self, connections: list[Connection]) -> Iterator[tuple[Connection, int, bytes]]:
+    def _state(self, channel: Channel, received_ns: int, raw: bytes) -> JointState:
         try:
-            yield from self._reader.messages(connections)
-        except Exception as error:  # of a parser: whatever a broken file leads it to
-            raise bag_error(self.path, error) from None
-
-    def _state(self, topic: str, received_ns: int, raw: bytes) -> JointState:
-        try:
-            message: Any = self._decode(raw, JOINT_STATE)
-        except Exception as error:  # of a parser: whatever a broken message leads it to
-            raise BagError(f'{self.path}: {topic}: the message received at {received_ns} ns is '
-                           f'not a joint state ({error})') from None
+            message = _decode(channel.encoding, raw)
+        except Exception as error:  # whatever a broken message makes the parser raise
+            raise BagError(f'{self.path}: {channel.topic}: the message received at {received_ns} '
+                           f'ns is not a joint state ({error})') from None
         stamp = message.header.stamp
         return JointState(stamp.sec * 10**9 + stamp.nanosec, message.name, message.position,
                           message.velocity, message.effort, received_ns)
 
 
-def open_bag(path: Path, topic: str | None = None, arm: str | None = None) -> BagRecording:
-    """Return a bag's recording, to be opened by ``with``; see :class:`BagRecording`."""
-    return BagRecording(path, topic, arm)
+@lru_cache
+def _types(store: Stores) -> Typestore:
+    return get_typestore(store)
+
+
+def _decode(encoding: str, raw: bytes) -> Any:
+    if encoding == 'ros1':
+        return _types(Stores.ROS1_NOETIC).deserialize_ros1(raw, JOINT_STATE)
+    for spare in _SPARE:
+        with suppress(SerdeError):  # a message of another length
+            return _types(Stores.ROS2_JAZZY).deserialize_cdr(raw[:len(raw) - spare], JOINT_STATE)
+    return _types(Stores.ROS2_JAZZY).deserialize_cdr(raw, JOINT_STATE)  # raises
 
 
 def _name(path: Path) -> str:
     path = path.resolve()
-    return path.name if os.path.isdir(path) else path.stem
+    return path.name if os.path.isdir(path) else path.name.removesuffix('.zstd').rpartition('.')[0]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import yaml
 
+from .storage import read_metadata
 from ..model.exceptions import BaxterDynamicsError
 
 
@@ -24,7 +25,8 @@ _MCAP = _Kind(b'\x89MCAP', 'an MCAP file', 'mcap', 'mcap recover {} -o repaired.
 _SQLITE = _Kind(b'SQLite format 3\0', 'an SQLite file', 'sqlite3',
                 'sqlite3 {} .recover | sqlite3 repaired.db3')
 _ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', '', 'rosbag reindex {}')
-_KINDS = {'.mcap': _MCAP, '.db3': _SQLITE, '.bag': _ROS1, '.active': _ROS1}
+_ZSTD = _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file', '', '')
+_KINDS = {'.mcap': _MCAP, '.db3': _SQLITE, '.bag': _ROS1, '.active': _ROS1, '.zstd': _ZSTD}
 
 _METADATA = 'metadata.yaml'
 _KILLED = ' (was the recorder killed?)'
@@ -70,6 +72,9 @@ def _folder_problem(folder: Path) -> 'str | None':
     if not metadata.exists():
         files = _storage_files(folder)
         if files:
+            problem = next(filter(None, map(_file_problem, files)), None)
+            if problem:
+                return problem
             storage = _KINDS[files[0].suffix].storage
             return (f'{folder}: has no {_METADATA}{_KILLED}: '
                     f'`ros2 bag reindex -s {storage} {folder}` makes it')
@@ -77,10 +82,8 @@ def _folder_problem(folder: Path) -> 'str | None':
         inside = f'; give one of the bags in it: {", ".join(bags)}' if bags else ''
         return f'{folder}: is not a bag, for it has no {_METADATA}{inside}'
     try:
-        names = yaml.safe_load(metadata.read_text(encoding='utf-8'))[
-            'rosbag2_bagfile_information']['relative_file_paths']
-        files = [folder / Path(name).name for name in names]
-    except (yaml.YAMLError, ValueError, LookupError, TypeError):
+        files = [folder / name for name in read_metadata(folder).files]
+    except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError):
         return (f'{metadata}: is not the metadata of a bag: `ros2 bag reindex {folder}` '
                 'makes it anew')
     missing = [file.name for file in files if not file.exists()]
@@ -102,7 +105,8 @@ def _file_problem(file: Path) -> 'str | None':
     if kind is None:
         if (file.parent / _METADATA).exists():
             return f'{file}: is a part of a bag: give its folder, {file.parent}'
-        return f'{file}: is not a bag: give a folder of rosbag2, a .mcap, .db3, .bag or .npz file'
+        return (f'{file}: is not a bag: give a folder of rosbag2, or a file that ends with '
+                '.mcap, .mcap.zstd, .db3, .bag, .npz or .csv')
     if not start.startswith(kind.start):
         return f'{file}: is not {kind.noun}, whatever its name says'
     if kind is _MCAP and not end.endswith(start[:8]):
@@ -122,7 +126,7 @@ def _quote(error: Exception) -> str:
 def _advice(path: Path, error: Exception) -> str:
     """Return what to try, where the files look right from outside."""
     files = _storage_files(path) if path.is_dir() else [path]
-    kinds = {_KINDS[file.suffix] for file in files}
+    kinds = {_KINDS[file.suffix] for file in files if file.suffix in _KINDS}
     if not kinds:
         return ''
     file = files[0] if len(files) == 1 else 'FILE'
@@ -130,6 +134,5 @@ def _advice(path: Path, error: Exception) -> str:
         return f': move it to a path without any of {" ".join(_SQLITE_SYNTAX)}'
     if 'not indexed' in str(error):
         return f'{_KILLED}: `{_ROS1.repair.format(file)}`'
-    if 'timestamp order' in str(error):
-        return f': `mcap sort {file} -o sorted.mcap` mends it'
-    return f'; if it is damaged or cut short: `{kinds.pop().repair.format(file)}`'
+    repair = kinds.pop().repair
+    return f'; if it is damaged: `{repair.format(file)}`' if repair else ''

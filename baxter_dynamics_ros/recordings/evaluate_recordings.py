@@ -9,16 +9,15 @@ from .bands import RunningBands
 from .evaluation_results import Errors, ESTIMATORS, Evaluation, METHODS, TERMS
 from .playback import Block, play, Recording
 from .running import RunningErrors, RunningSquares
-from ..estimation.continuity import GAP
+from .stamp_statistics import StampClock, StampStatistics
 from ..estimation.events import Event, REMEDIES
 from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Indices
+from ..model.arrays import Array
 from ..newton_euler import NewtonEuler
 
-# Stamps that the robot makes deviate from their period by 0.4 % of it, times of arrival by more
-# than all of it.
-_IRREGULAR = 0.3
+# The robot's stamps lie within 0.4 % of the period of a grid, times of arrival beyond 20 %.
+_IRREGULAR = 0.1
 _FEW = 100  # predictions, under which numbers mean little
 
 
@@ -85,7 +84,7 @@ class _Run:
         self.shares = RunningSquares()
         self.bands = RunningBands(['measured', *METHODS,
                                    *('error_' + name for name in METHODS + ESTIMATORS)])
-        self._clock = _Clock()
+        self._clock = StampClock()
 
     def take(self, block: Block) -> Prediction:
         """Take a block in, and return its Prediction."""
@@ -125,71 +124,33 @@ class _Run:
         """Return what was found."""
         counts = {getattr(key, 'value', key): n for key, n in self.predictor.counts.items()}
         time, bands = self.bands.result()
+        stamps = self._clock.result()
         shares = self.shares.result()
         return Evaluation(
             name=recording.name, topic=recording.topic, arm=recording.arm,
-            duration=self._clock.duration, rate=self._clock.rate, counts=counts,
-            warnings=tuple(self._warnings()), methods=_results(self.errors, METHODS),
+            duration=stamps.duration, rate=stamps.rate, counts=counts,
+            warnings=tuple(self._warnings(stamps)), methods=_results(self.errors, METHODS),
             estimators=_results(self.errors, ESTIMATORS),
             shares={name: shares[name] for name in TERMS if name in shares},
             time=time, bands=bands)
 
-    def _warnings(self) -> Iterator[str]:
+    def _warnings(self, stamps: StampStatistics) -> Iterator[str]:
         counts = self.predictor.counts
         if not counts['predicted']:
             yield ("nothing could be predicted: the arm's joint states are too few, or never "
                    'go on for long enough for the filter to settle')
         elif counts['predicted'] < _FEW:
             yield f'only {counts["predicted"]} predictions: these numbers mean little'
-        if not counts[Event.REPEATED_STAMP] and self._clock.irregularity > _IRREGULAR:
-            yield (f'stamps are irregular: their period deviates by '
-                   f'{100 * self._clock.irregularity:.0f} %. They look like times of arrival, '
-                   "which blur the accelerations: record with the robot's own stamps")
+        if not counts[Event.REPEATED_STAMP] and stamps.irregularity > _IRREGULAR:
+            yield (f'stamps are irregular: they deviate from a regular period by '
+                   f'{100 * stamps.irregularity:.0f} %. They look like times of arrival, which '
+                   "blur the accelerations: record with the robot's own stamps")
+        elif stamps.lost and not counts[Event.REPEATED_STAMP]:
+            yield (f'{stamps.lost} messages are lost: the stamps have a period of '
+                   f'{1e3 * stamps.period:.1f} ms, with holes')
         for event, remedy in REMEDIES.items():
             if counts[event]:
                 yield f'{counts[event]} x {event.value}: {remedy}'
-
-
-class _Clock:
-    """The predictions' stamps: how far apart they are, and a time axis made of them."""
-
-    def __init__(self) -> None:
-        self._last: Any = None  # stamp [ns]
-        self._now = 0.0  # end of the time axis [s]
-        self._n = 0
-        self._sum = 0.0
-        self._squares = 0.0
-
-    def elapsed(self, stamps_ns: Indices) -> Array:
-        """Return the time since the first stamp (n,) [s]; it stands still where stamps go back."""
-        first = stamps_ns[0] if self._last is None else self._last
-        dt = np.diff(stamps_ns, prepend=first) * 1e-9
-        self._last = stamps_ns[-1]
-        within = dt[(dt > 0.0) & (dt <= GAP)]
-        self._n += len(within)
-        self._sum += within.sum()
-        self._squares += (within ** 2).sum()
-        time = self._now + np.cumsum(np.maximum(dt, 0.0))
-        self._now = time[-1]
-        return time
-
-    @property
-    def duration(self) -> float:
-        """Time covered, without gaps [s]."""
-        return float(self._sum)
-
-    @property
-    def rate(self) -> float:
-        """Predictions a second, gaps left out [Hz]."""
-        return float(self._n / self._sum) if self._sum else 0.0
-
-    @property
-    def irregularity(self) -> float:
-        """Deviation of the period, as a share of it."""
-        if not self._sum:
-            return 0.0
-        mean = self._sum / self._n
-        return float(np.sqrt(max(self._squares / self._n - mean ** 2, 0.0)) / mean)
 
 
 def _results(errors: dict[str, RunningErrors], names: tuple[str, ...]) -> Errors:

@@ -137,7 +137,7 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
 def _check_type(name: str, value: Any, default: Any) -> None:
     """Raise ArgumentError unless a value has the type of a default, as the node insists."""
     wanted: type = list if isinstance(default, tuple) else type(default)
-    if type(value) is not wanted or wanted is list and type(value[0]) is not float:
+    if type(value) is not wanted or isinstance(value, list) and type(value[0]) is not float:
         expected = {bool: 'true or false', str: 'a text', int: 'an integer such as 2',
                     float: 'a number with a decimal point such as 1.0',
                     list: 'a list of numbers with decimal points such as [1.0, 2.0]'}[wanted]

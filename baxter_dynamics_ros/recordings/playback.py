@@ -25,6 +25,7 @@ class Recording(Protocol):
     name: str
     topic: str
     arm: str
+    count: int  # messages
 
     def __iter__(self) -> Iterator[Message]:
         """Yield each."""

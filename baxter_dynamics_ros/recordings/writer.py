@@ -129,11 +129,10 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
     for stamp_ns, joints, position, velocity, effort, received_ns in recording:
         prediction = predictor.handle(stamp_ns, joints, position, velocity, effort)
         external = predictor.external.latest if predictor.external else None
-        outputs = [('external_effort', external, external and external.effort)]
-        if prediction is not None:
-            outputs = [('predicted_effort', prediction, prediction.effort),
-                       ('effort_residual', prediction, prediction.residual), *outputs]
-        for topic, result, values in outputs:
+        for topic, result, values in (
+                ('predicted_effort', prediction, prediction and prediction.effort),
+                ('effort_residual', prediction, prediction and prediction.residual),
+                ('external_effort', external, external and external.effort)):
             if result is not None and values is not None:
                 writer.joint_state(f'{node}/{topic}', result.stamp_ns, names, result.q, result.qd,
                                    values, received_ns, BASE_FRAME)

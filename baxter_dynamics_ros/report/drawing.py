@@ -1,5 +1,6 @@
 """What the figures share: style, panels, bands of signals, and SVG that stands alone."""
 
+from contextlib import AbstractContextManager
 import io
 import re
 from typing import NamedTuple
@@ -7,6 +8,7 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+import matplotlib.style
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
@@ -39,6 +41,11 @@ STYLE = {
     'svg.fonttype': 'path',  # looks alike wherever it is opened
     'svg.hashsalt': 'baxter_dynamics_ros',  # the same ids each time
 }
+
+
+def styled() -> AbstractContextManager[None]:
+    """Return a context in which figures have our style, whatever the user's settings are."""
+    return matplotlib.style.context(['default', STYLE])
 
 
 class Picture(NamedTuple):

@@ -1,11 +1,10 @@
 """The evaluation's figures: effort and its error, acceleration estimators, the effort's terms."""
 
-import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from .drawing import (ALERT, draw_band, frame, panels, Picture, place, span, Stroke, STYLE, svg,
+from .drawing import (ALERT, draw_band, frame, panels, Picture, place, span, Stroke, styled, svg,
                       WIDTH, zero_line)
 from ..model.arrays import Array
 from ..model.joints import JOINTS, N_JOINTS
@@ -47,7 +46,7 @@ def effort_picture(name: str, evaluation: Evaluation, joint: int, intervals: int
     errors = [method for method in STROKES if method in evaluation.methods]
     signals = [signal for signal in ('newton_euler', 'measured', 'lagrange_euler')
                if signal in evaluation.bands and (errors or signal != 'measured')]
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure, axes = panels(JOINTS[joint], evaluation.time, (1.75, 1.05)[:1 + bool(errors)])
         for signal in signals:
             draw_band(axes[0], evaluation.time, evaluation.bands[signal], joint, STROKES[signal],
@@ -83,7 +82,7 @@ def estimator_picture(name: str, evaluation: Evaluation, joint: int, intervals: 
     limits = min(lower, 0.0) - margin, max(upper, 0.0) + margin
     beyond = [f'{STROKES[estimator].label} {max(-low, high):.3g}'
               for estimator, (low, high) in spans.items() if low < limits[0] or high > limits[1]]
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure, (axis,) = panels(JOINTS[joint], evaluation.time, (1.75,), note=True)
         for estimator, band in bands.items():
             draw_band(axis, evaluation.time, band, joint, STROKES[estimator], intervals)
@@ -102,7 +101,7 @@ def terms_picture(name: str, shares: dict[str, Array]) -> Picture:
     """Draw what the predicted effort is made of: the RMS of each term, put end to end."""
     rms = np.array([shares[term] for term in TERMS])  # (6, 7) [N m]
     part = 100.0 * rms / np.maximum(rms.sum(axis=0), 1e-12)  # [%]
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(WIDTH, 3.1))
         axis = figure.add_axes(place(figure, 0.34, 0.46, 2.1))
         start = np.zeros(N_JOINTS)

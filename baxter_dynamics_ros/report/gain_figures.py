@@ -1,12 +1,11 @@
 """What a calibration gained, drawn: before and after, and what each term took away."""
 
-import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, StrMethodFormatter
 import numpy as np
 
 from .calibration_terms import term_name
-from .drawing import ALERT, FAINT, INK, Picture, place, sheet, STYLE, svg
+from .drawing import ALERT, FAINT, INK, Picture, place, sheet, styled, svg
 from .page import change, number
 from ..calibration.calibration_results import Calibration
 from ..model.arrays import Array
@@ -34,7 +33,7 @@ def gain_picture(name: str, calibration: Calibration) -> Picture:
     before, after = (np.maximum(rms, _SMALLEST)
                      for rms in (calibration.rms_before, calibration.rms_after))
     each = np.maximum([judged.after for judged in calibration.judged], _SMALLEST)  # (n, 7)
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = sheet('', 3.0)
         axis = figure.add_axes(place(figure, 0.34, 0.46, 2.2, right=0.62))
         axis.set_xscale('log')
@@ -74,7 +73,7 @@ def steps_picture(name: str, calibration: Calibration, joint: int) -> Picture:
     steps = calibration.steps
     rms = [float(step.rms[joint]) for step in steps]
     reach = max(*rms, _SMALLEST)
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = sheet(JOINTS[joint], 0.34 + 0.205 * len(steps) + 0.46)
         axis = figure.add_axes(place(figure, 1.16, 0.46, 0.205 * len(steps)))
         for row, step in enumerate(steps):

@@ -3,14 +3,13 @@
 from collections.abc import Iterable
 from typing import Any
 
-import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 
 from .calibration_terms import PER_JOINT, per_joint, term_name, unit_name
-from .drawing import FAINT, Picture, place, sheet, STYLE, svg, zero_line
+from .drawing import FAINT, Picture, place, sheet, styled, svg, zero_line
 from .gain_figures import AFTER, BEFORE
 from ..calibration.calibration_results import Calibration, Fitted
 from ..model.arrays import Array
@@ -40,7 +39,7 @@ def parameters_picture(name: str, calibration: Calibration) -> 'Picture | None':
         return None
     panel, gap, bottom, top = 0.92, 0.46, 0.28, 0.56  # [in]
     height = top + len(terms) * panel + (len(terms) - 1) * gap + bottom
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = sheet('', height)
         for i, term in enumerate(terms):
             fitted = per_joint(calibration, term)
@@ -63,7 +62,7 @@ def masses_picture(name: str, calibration: Calibration) -> 'Picture | None':
               if one.term == 'inertial' and one.name.endswith(' mass')}
     if not fitted:
         return None
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = sheet('', 2.7)
         axis = figure.add_axes(place(figure, 0.5, 0.28, 1.86))
         _dots(axis, fitted, {})
@@ -85,7 +84,7 @@ def spring_picture(name: str, calibration: Calibration) -> 'Picture | None':
     angle = np.linspace(lower, upper, 241)
     old, new = (spring_effort(model, angle) for model in (before, after))
     seen = (angle >= low) & (angle <= high)
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = sheet('', 3.5)
         main = figure.add_axes(place(figure, 0.62, 1.5, 1.56))
         rest = figure.add_axes(place(figure, 0.62, 0.44, 0.8))
@@ -113,7 +112,7 @@ def friction_picture(name: str, calibration: Calibration, joint: int) -> Picture
     """Draw one joint's friction: over the velocity, and while it turns round and back."""
     models = {'before': effort_model(calibration.before),
               'after': effort_model(calibration.values)}
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = sheet(JOINTS[joint], 2.1)
         steady = figure.add_axes(place(figure, 0.62, 0.44, 1.3, right=2.32))
         turning = figure.add_axes(place(figure, 2.42, 0.44, 1.3))

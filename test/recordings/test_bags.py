@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import BagRecording  # noqa: E402, I100
 
 TOPIC = '/robot/joint_states'
 START = 1_700_000_000_123_456_789  # [ns]
@@ -45,7 +45,7 @@ def test_plays_what_was_recorded(make_bag, kind, compression):
     messages = states(50)
     others = [('/talk', received_ns, 'hello') for _, received_ns, _ in messages]
     path = make_bag(others + messages, kind, 'morning.run', compression)
-    with open_bag(path) as recording:
+    with BagRecording(path) as recording:
         assert (recording.path, recording.name) == (path, 'morning.run')
         assert (recording.topic, recording.arm) == (TOPIC, 'right')
         assert_played(recording, messages)
@@ -56,7 +56,7 @@ def test_plays_what_was_recorded(make_bag, kind, compression):
 def test_one_file_of_a_folder(make_bag, kind, ending):
     messages = states(5)
     path = make_bag(messages, kind) / f'run{ending}'
-    with open_bag(path) as recording:
+    with BagRecording(path) as recording:
         assert recording.name == 'run'
         assert_played(recording, messages)
 
@@ -65,17 +65,17 @@ def test_one_file_of_a_folder(make_bag, kind, ending):
 def test_order_is_that_of_receipt(make_bag, rng, kind):
     messages = states(40)
     mixed = [messages[i] for i in rng.permutation(40)]
-    with open_bag(make_bag(mixed, kind)) as recording:
+    with BagRecording(make_bag(mixed, kind)) as recording:
         assert_played(recording, messages)
 
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_content_is_not_judged(make_bag, kind):
     nan = np.full(7, np.nan)
-    messages = [(TOPIC, START + i, (0, names, *arrays)) for i, (names, *arrays) in enumerate([
+    messages = [(TOPIC, START + i, (i + 1, names, *arrays)) for i, (names, *arrays) in enumerate([
         (RIGHT, nan, nan, nan), (RIGHT, [], [], []), (RIGHT, [1.0], [2.0, 3.0], []),
         (GRIPPER, [1.0, 2.0], [], []), ((), [], [], []), (('', 'é'), [1.0, 2.0], [], [3.0])])]
-    with open_bag(make_bag(messages, kind)) as recording:
+    with BagRecording(make_bag(messages, kind)) as recording:
         assert_played(recording, messages)
 
 
@@ -90,7 +90,7 @@ def test_topics_of_ros1_have_several_publishers(make_bag, tmp_path):
             callerid=names[0]) for names in (RIGHT, GRIPPER)}
         for (_, received_ns, raw), message in zip(reader.messages(), messages):
             two.write(publishers[message[2][1]], received_ns, raw)
-    with open_bag(tmp_path / 'two.bag') as recording:
+    with BagRecording(tmp_path / 'two.bag') as recording:
         assert_played(recording, messages)
 
 
@@ -123,7 +123,7 @@ rosbag2_bagfile_information:
   compression_format: ''
   compression_mode: ''
 """)
-    with open_bag(old) as recording:
+    with BagRecording(old) as recording:
         assert_played(recording, messages)
 
 
@@ -139,12 +139,12 @@ rosbag2_bagfile_information:
     ({'/a': LEFT[:1]}, None, None, ('/a', 'left'))])
 def test_topic_and_arm(make_bag, topics, topic, arm, wanted):
     messages = [message for name, joints in topics.items() for message in states(3, joints, name)]
-    with open_bag(make_bag(messages), topic, arm) as recording:
+    with BagRecording(make_bag(messages), topic, arm) as recording:
         assert (recording.topic, recording.arm) == wanted
         assert_played(recording, [message for message in messages if message[0] == wanted[0]])
 
 
 def test_the_arm_is_found_behind_gripper_messages(make_bag):
     grippers = states(900, GRIPPER)
-    with open_bag(make_bag(grippers + states(3, LEFT, start=START + 10**12))) as recording:
+    with BagRecording(make_bag(grippers + states(3, LEFT, start=START + 10**12))) as recording:
         assert recording.arm == 'left'

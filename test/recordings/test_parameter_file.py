@@ -80,7 +80,7 @@ def test_comments_of_any_kind_stay_comments(tmp_path, comment):
     (HEAD + '    payload: {mass: -1.0}', 'payload.mass: expected a value in [0, 10], got -1'),
     (HEAD + '    payload: {mass: ' + '9' * 5000 + '}', 'payload.mass: expected'),
     (HEAD + '    payload: {mass: !!float abc}', 'payload.mass: expected a number'),
-    (HEAD + '    payload: {mass: 2001-01-01}', "payload.mass: expected a number with"),
+    (HEAD + '    payload: {mass: 2001-01-01}', 'payload.mass: expected a number with'),
     (HEAD + '    gravity: [0.0, 0.0]', 'gravity: expected shape (3,), got (2,)'),
     (HEAD + ''.join(f'    &a{i} x{i}: [*a{i - 1}, *a{i - 1}]\n' for i in range(1, 40)),
      'aliases are not supported, at line 3'),

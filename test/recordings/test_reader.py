@@ -1,6 +1,7 @@
-"""Recordings of all kinds side by side, and those in .npz files."""
+"""Recordings of all kinds side by side, and those in .npz and .csv files."""
 
-import re
+import os
+import zipfile
 
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import numpy as np
@@ -9,7 +10,6 @@ import pytest
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.diagnosis import BagError  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402
-from baxter_dynamics_ros.recordings.writer import BagWriter  # noqa: E402
 
 RIGHT, LEFT = joint_names('right'), joint_names('left')
 
@@ -31,75 +31,128 @@ def save(tmp_path):
     return save
 
 
-def test_recordings_of_a_file(contents, save):
+def assert_rows(recording, contents, rows, stamps_ns):
+    """Assert that an open recording yields these rows of the arrays, at these stamps."""
+    played = list(recording)
+    assert recording.count == len(played) == rows.stop - rows.start
+    assert [state.stamp_ns for state in played] == list(stamps_ns)
+    for i, key in enumerate(('position', 'velocity', 'effort'), 2):
+        np.testing.assert_array_equal(
+            np.reshape([state[i] for state in played], (-1, 7)), contents[key][rows])
+    for state in played:
+        assert (tuple(state.names), state.received_ns) == (LEFT, state.stamp_ns)
+
+
+def test_npz_with_several_recordings(contents, save):
     path = save(contents)
     recordings = open_recordings([path])
     assert [recording.name for recording in recordings] == ['spiral', 'nothing', 'random']
     for recording, rows in zip(recordings, [slice(0, 5), slice(0, 0), slice(5, 8)]):
         with recording:
-            assert (recording.path, recording.arm) == (path, 'left')
-            assert recording.topic == '/robot/joint_states'
-            played = list(recording)
-            assert recording.count == len(played) == rows.stop - rows.start
-        assert [state.stamp_ns for state in played] == [
-            10**18 + 10_000_000 * i for i in range(len(played))]
-        for i, key in enumerate(('position', 'velocity', 'effort'), 2):
-            np.testing.assert_array_equal(
-                np.reshape([state[i] for state in played], (-1, 7)), contents[key][rows])
-        for state in played:
-            assert (tuple(state.names), state.received_ns) == (LEFT, state.stamp_ns)
+            assert (recording.path, recording.arm, recording.topic) == (
+                path, 'left', '/robot/joint_states')
+            assert_rows(recording, contents, rows, 10**18 + 10_000_000 * np.arange(
+                rows.stop - rows.start))
 
 
-@pytest.mark.parametrize('arm, wanted', [(None, RIGHT), ('right', RIGHT), ('left', LEFT)])
-def test_names_without_a_side(contents, save, arm, wanted):
-    path = save(contents | {'joint_names': np.array(JOINTS)})
-    with open_recordings([path], arm=arm)[0] as recording:
-        assert recording.arm == wanted[0].partition('_')[0]
-        assert tuple(next(iter(recording)).names) == wanted
+def test_npz_with_stamps_and_a_single_recording(contents, save):
+    for key in ('period', 'recording', 'recording_names'):
+        del contents[key]
+    stamps = 1_700_000_000.25 + 0.01 * np.arange(8)
+    contents['names'] = contents.pop('joint_names')
+    with open_recordings([save({**contents, 'stamp': stamps})])[0] as recording:
+        assert recording.name == 'arm'
+        whole = np.array([1_700_000_000_250_000_000 + 10_000_000 * i for i in range(8)])
+        found = [state.stamp_ns for state in recording]
+        assert np.abs(found - whole).max() < 1000  # the resolution of such a double [ns]
+        assert_rows(recording, contents, slice(0, 8), found)
 
 
-@pytest.mark.parametrize('changes, pattern', [
-    ({'period': 0.0}, 'period must be a positive number of seconds, is 0.0'),
-    ({'period': np.nan}, 'period must be a positive number of seconds, is nan'),
-    ({'period': [0.1, 0.1]}, 'period must be a positive number'),
+@pytest.mark.parametrize('prefix, arm, wanted', [
+    ('', None, RIGHT), ('', 'left', LEFT), ('left_', None, LEFT)])
+def test_csv(contents, tmp_path, prefix, arm, wanted):
+    columns = {'time': np.arange(8) * 0.02, 'gripper': np.zeros(8), **{
+        f'{prefix}{joint}_{key}': contents[key][:, i] for key in ('effort', 'position', 'velocity')
+        for i, joint in enumerate(JOINTS)}}
+    rows = zip(*(column.tolist() for column in columns.values()))
+    (tmp_path / 'run.csv').write_text('\ufeff' + ', '.join(columns) + '\r\n' + ''.join(
+        ','.join(map(repr, row)) + '\r\n' for row in rows))
+    (recording,) = open_recordings([tmp_path / 'run.csv'], arm=arm)
+    with recording:
+        assert (recording.name, recording.arm) == ('run', wanted[0].partition('_')[0])
+        states = list(recording)
+    assert [state.stamp_ns for state in states] == [20_000_000 * i for i in range(8)]
+    assert tuple(states[0].names) == wanted
+    np.testing.assert_array_equal([state.effort for state in states], contents['effort'])
+
+
+@pytest.mark.parametrize('text, reason', [
+    ('', 'expected columns time, s0_position'), ('time,s0_position\n1,2\n', 'expected columns'),
+    ('\0', 'expected columns|cannot be read'),
+    (','.join(['time', *(f'{j}_{k}' for j in JOINTS for k in ('position', 'velocity', 'effort'))])
+     + '\n1,x\n', 'cannot be read as CSV')])
+def test_csv_faults(tmp_path, text, reason):
+    (tmp_path / 'run.csv').write_text(text)
+    assert_refused(tmp_path / 'run.csv', reason)
+
+
+def assert_refused(path, reason, **options):
+    with pytest.raises(BagError, match=rf'^{path}: ({reason})') as caught:
+        for recording in open_recordings([path], **options):
+            with recording:
+                list(recording)
+    assert '\n' not in str(caught.value) and len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize('changes, reason', [
+    ({'period': 0.0}, 'period must be a number of seconds up to 1, is 0.0'),
+    ({'period': np.nan}, 'period must be a number'), ({'period': [0.1, 0.1]}, 'period must be'),
+    ({'period': 1e300}, r'period must be a number of seconds up to 1, is 1e\+300'),
     ({'effort': None}, 'cannot be read as .npz; is it complete?'),
-    ({'effort': np.zeros((7, 7))}, r'effort must have 8 rows .* of 7 numbers .*\(7, 7\)$'),
-    ({'position': np.zeros((8, 6))}, 'position must have 8 rows'),
-    ({'velocity': np.full((8, 7), 'fast')}, 'velocity must have 8 rows .* of 7 numbers .*, is <U'),
-    ({'joint_names': RIGHT[:6] + LEFT[:1]}, "spiral holds both arms' joints: say --arm right"),
+    ({'effort': np.zeros((7, 7))}, r'effort must have 8 rows of 7 numbers .*\(7, 7\)$'),
+    ({'velocity': np.full((8, 7), 'fast')}, 'velocity must have 8 rows of 7 numbers .*, is <U'),
+    ({'joint_names': RIGHT[:6] + LEFT[:1]}, "spiral holds both arms' joints: choose --arm right"),
     ({'joint_names': list('abcdefg')}, 'spiral has no joints of an arm, only a, b, c, d, '),
-])
-def test_says_what_is_wrong(contents, save, changes, pattern):
-    path = save(contents | changes)
-    assert_refused(path, pattern)
+    ({'recording': np.repeat([0, 3, -1], [5, 2, 1])},
+     '3 of 8 rows belong to recording 3, but recording_names has 3 names'),
+    ({'recording': np.zeros(8)}, 'recording must have 8 whole numbers, is float64'),
+    ({'stamp': np.full(8, np.inf)}, 'stamp must have 8 numbers of seconds'),
+    ({'stamp': np.zeros(3)}, 'stamp must have 8 numbers of seconds'),
+], ids=str)
+def test_npz_faults(contents, save, changes, reason):
+    assert_refused(save(contents | changes), reason)
 
 
-def test_wrong_arm(contents, save):
-    assert_refused(save(contents), 'spiral has no joints of the right arm, only left_e0, ',
-                   arm='right')
-
-
-def test_missing_keys(contents, save):
+def test_missing_arrays_and_wrong_arm(contents, save):
+    assert_refused(save(contents), 'spiral has no joints of the right arm, only', arm='right')
     del contents['effort'], contents['period']
-    assert_refused(save(contents), 'lacks period, effort; a file of recordings holds joint_')
+    assert_refused(save(contents), 'lacks effort, period or stamp; it has joint_names, recording')
 
 
-@pytest.mark.parametrize('content', [b'', b'hello world', b'PK\x03\x04' + 50 * b'x'])
-def test_not_an_npz_file(tmp_path, content):
-    path = tmp_path / 'arm.npz'
-    path.write_bytes(content)
-    assert_refused(path, 'cannot be read as .npz; is it complete?')
-
-
-def test_array_instead_of_a_file_of_arrays(tmp_path):
-    with open(tmp_path / 'arm.npz', 'wb') as file:
-        np.save(file, np.zeros(3))
-    assert_refused(tmp_path / 'arm.npz', 'cannot be read as .npz')
-
-
-def test_cut_npz(contents, save):
+@pytest.mark.parametrize('size', [10**12, None])
+def test_declared_sizes_are_checked_before_unpacking(contents, save, size):
+    """A header that promises more than there is, and zeros that unpack to a thousand times."""
     path = save(contents)
-    path.write_bytes(path.read_bytes()[:-100])
+    with zipfile.ZipFile(path, 'a', zipfile.ZIP_DEFLATED) as archive:
+        with archive.open('other.npy', 'w', force_zip64=True) as file:
+            np.lib.format.write_array_header_1_0(file, {
+                'shape': (size or 1 << 21, 7), 'fortran_order': False, 'descr': '<f8'})
+            for _ in range(0 if size else 112):
+                file.write(bytes(1 << 20))
+    assert_refused(path, 'other.npy declares 5.6e.13 bytes and has' if size
+                   else r'other.npy would unpack from \d+ to 117440\d+ bytes')
+
+
+@pytest.mark.parametrize('content', [b'', b'hello', b'PK\x03\x04' + 50 * b'x', 'array', 'cut'])
+def test_other_files_named_npz(tmp_path, contents, save, content):
+    path = save(contents)
+    if content == 'cut':
+        path.write_bytes(path.read_bytes()[:-100])
+    elif content == 'array':
+        with path.open('wb') as file:
+            np.save(file, np.zeros(3))
+    else:
+        path.write_bytes(content)
     assert_refused(path, 'cannot be read as .npz; is it complete?')
 
 
@@ -111,41 +164,27 @@ def test_bags_and_arrays_in_the_order_given(make_bag, contents, save):
         assert (recording.topic, recording.arm, recording.count) == ('/a', 'right', 1)
 
 
-def test_missing_paths_show_before_work_begins(make_bag, tmp_path):
+def test_paths_are_checked_before_work_begins(make_bag, tmp_path):
     bag = make_bag([('/a', 10**18, (10**18, RIGHT, *np.zeros((3, 7))))])
-    for name in ('none', 'none.npz'):
-        with pytest.raises(BagError, match=f'^{tmp_path / name}: there is no such file'):
-            open_recordings([bag, tmp_path / name])
-
-
-def test_recording_without_a_bag_is_written_into_one(contents, save, tmp_path):
-    with open_recordings([save(contents)])[0] as recording:
-        with BagWriter(tmp_path / 'copy') as writer:
-            played = list(recording.copied_to(writer))
-    with open_recordings([tmp_path / 'copy'])[0] as copy:
-        assert copy.arm == 'left'
-        for state, wanted in zip(copy, played, strict=True):
-            assert (state.stamp_ns, state.received_ns) == (wanted.stamp_ns, wanted.received_ns)
-            assert tuple(state.names) == tuple(wanted.names)
-            np.testing.assert_array_equal(state[2:5], wanted[2:5])
+    os.mkfifo(tmp_path / 'pipe.mcap')
+    for path, reason in {tmp_path / 'none': 'there is no such file', tmp_path / 'none.npz':
+                         'there is no such file', tmp_path / 'pipe.mcap': 'is neither a file',
+                         '/dev/zero': 'is neither a file nor a folder'}.items():
+        with pytest.raises(BagError, match=f'^{path}: {reason}'):
+            open_recordings([bag, path])
 
 
 def test_recordings_of_real_arms(recordings):
-    paths = sorted(recordings.glob('*.npz'))
-    found = open_recordings(paths)
-    assert len(found) == 13
-    assert sum(recording.count for recording in found) == 67_881 + 15_000
-    for recording in (found[0], found[-1]):
-        with recording:
-            for i, state in enumerate(recording):
-                pass
-            assert i + 1 == recording.count
-            assert state.stamp_ns > 10**18
-
-
-def assert_refused(path, pattern, arm=None):
-    with pytest.raises(BagError, match=f'^{re.escape(str(path))}: {pattern}') as caught:
-        for recording in open_recordings([path], arm=arm):
+    names = {'baxter_hand_guided': 1, 'baxter_kitting': 12, 'baxter_left_arm_tracking': 12,
+             'baxter_point_to_point': 1}
+    for name, count in names.items():
+        arm = 'left' if 'tracking' in name else 'right'
+        found = open_recordings([recordings / f'{name}.npz'], arm=arm)
+        assert len(found) == count
+        for recording in found:
             with recording:
-                pass
-    assert '\n' not in str(caught.value)
+                states = list(recording)
+            assert (recording.arm, recording.count) == (arm, len(states)) and states
+            assert not np.isnan([state.effort for state in states]).any()
+            period = np.diff([state.stamp_ns for state in states]) * 1e-9
+            assert 0.008 < np.median(period) < 0.022

@@ -79,12 +79,6 @@ def unmerged(path):
     return left
 
 
-def unsorted(make):
-    path = make(states(20)[::-1]) / 'run.mcap'
-    remove_summary(path)
-    return path
-
-
 def undecodable(make):
     path = make([(TOPIC, START, 'no joint state'), *states(20)], 'sqlite3')
     with sqlite3.connect(path / 'run.db3') as database:
@@ -140,10 +134,9 @@ BROKEN = {
     'cut db3': (lambda make, tmp: cut(make(states(200), 'sqlite3') / 'run.db3'),
                 r'cannot be read \(.*malformed\); if .*: `sqlite3 .*/run.db3 .recover \| sqlite3'),
     'cut bag': (lambda make, tmp: cut(make(states(20), 'ros1')),
-                r'cannot be read \(.*\); if it is .* cut short: `rosbag reindex .*/run.bag`$'),
+                r'cannot be read \(.*\); if it is damaged: `rosbag reindex .*/run.bag`$'),
     'unindexed bag': (lambda make, tmp: unindexed_ros1(make(states(20), 'ros1')),
                       r'cannot be read \(.*not indexed.*\).*: `rosbag reindex .*/run.bag`$'),
-    'unsorted mcap': (lambda make, tmp: unsorted(make), '.*: `mcap sort .*/run.mcap -o'),
     'unmerged db3': (lambda make, tmp: unmerged(make(states(3), 'sqlite3')),
                      r'^.*/left/run.db3: its last messages are in run.db3-wal .*: `sqlite3 .*'),
     'mark in a path': (lambda make, tmp: make(states(3), 'sqlite3').rename(tmp / 'run#1'),
@@ -160,11 +153,11 @@ BROKEN = {
     'no names': (lambda make, tmp: make(states(3, ())),
                  f'{TOPIC} has no joints of an arm, for its joint states name no joints$'),
     'both arms': (lambda make, tmp: make(states(3, ROBOT)),
-                  f"{TOPIC} holds both arms' joints: say --arm right or --arm left$"),
+                  f"{TOPIC} holds both arms' joints: choose --arm right or --arm left$"),
     'both arms in turn': (lambda make, tmp: make(states(3, LEFT) + states(9, RIGHT)),
                           f"{TOPIC} holds both arms' joints"),
     'several topics': (lambda make, tmp: make(states(3, topic='/a') + states(3, topic='/b')),
-                       "several topics hold an arm's joints: say --topic /a or --topic /b$"),
+                       "several topics hold an arm's joints: choose --topic /a or --topic /b$"),
     'topics of grippers': (lambda make, tmp: make(states(3, GRIPPER[:1], '/a')
                                                   + states(3, GRIPPER[1:], '/b')),
                            rf'no topic holds joints of an arm; /a has {GRIPPER[0]}; /b has '),

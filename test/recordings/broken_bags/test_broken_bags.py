@@ -7,7 +7,7 @@ from baxter_dynamics_ros.model.joints import joint_names
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.bags import open_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import BagRecording  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.diagnosis import BagError  # noqa: E402
 
 TOPIC = '/robot/joint_states'
@@ -16,7 +16,7 @@ KINDS = ['mcap', 'sqlite3', 'ros1']
 
 
 def read(path, topic=None, arm=None):
-    with open_bag(path, topic, arm) as recording:
+    with BagRecording(path, topic, arm) as recording:
         return list(recording)
 
 
@@ -48,7 +48,7 @@ def test_says_what_there_is_instead(make_bag, states, kind, topic, arm, end):
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_what_is_refused_is_closed(make_bag, states, kind):
-    recording = open_bag(make_bag(states(3, LEFT + RIGHT), kind))
+    recording = BagRecording(make_bag(states(3, LEFT + RIGHT), kind))
     before = os.listdir('/proc/self/fd')
     with pytest.raises(BagError, match='both arms'):
         recording.__enter__()
@@ -113,7 +113,7 @@ def test_reads_as_it_goes(make_bag, states, kind, end):
     middle = len(data) // 2
     data[middle:middle + 4000] = bytes([255]) * 4000
     file.write_bytes(data)
-    with open_bag(path, arm='right') as recording:
+    with BagRecording(path, arm='right') as recording:
         played = iter(recording)
         for _ in range(2000):  # more than the arm is looked for in
             next(played)
