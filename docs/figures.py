@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import argparse
 from importlib import import_module
-import os
 from pathlib import Path
 import subprocess
 import sys
-import tempfile
 
 from baxter_dynamics_ros import BaxterDynamicsError
+from baxter_dynamics_ros.files import staged
 
 FOLDER = Path(__file__).resolve().parent / 'figures'
 
@@ -47,10 +46,8 @@ def draw(file: str, folder: Path) -> Path:
     It is there when it is complete: what fails leaves what was there before.
     """
     module, function = FIGURES[file]
-    with tempfile.TemporaryDirectory(dir=folder) as unfinished:
-        path = Path(unfinished) / file
-        getattr(import_module(module), function)(path)
-        os.replace(path, folder / file)
+    with staged(folder, file) as stage:
+        getattr(import_module(module), function)(stage / file)
     return folder / file
 
 

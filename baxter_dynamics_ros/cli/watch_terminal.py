@@ -11,7 +11,6 @@ from pathlib import Path
 import select
 import signal
 import sys
-import tempfile
 import termios
 import time
 import tty
@@ -21,7 +20,7 @@ from rich.console import Console, Group
 from rich.terminal_theme import DEFAULT_TERMINAL_THEME
 from rich.text import Text
 
-from ..model.exceptions import BaxterDynamicsError
+from ..files import write_file
 
 # Rich's own refers to a font on the web, which a forge does not load. This one also has an
 # opaque background up to the edges.
@@ -143,11 +142,4 @@ def save_picture(path: Path, lines: list[Text], width: int, title: str) -> None:
     console.print(Group(*lines))
     svg = console.export_svg(theme=DEFAULT_TERMINAL_THEME, unique_id='watch',
                              code_format=_SVG.replace('TITLE', escape(title)))
-    try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f'.{path.name}.') as folder:
-            whole = Path(folder, path.name)
-            whole.write_text(svg, encoding='utf-8')
-            os.replace(whole, path)
-    except OSError as error:
-        raise BaxterDynamicsError(
-            f'--save: {path} cannot be written ({error.strerror})') from None
+    write_file(path, svg)

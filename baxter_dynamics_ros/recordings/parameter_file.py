@@ -1,84 +1,86 @@
-"""Settings in ROS 2 parameter files: read as the node would, written for the node to read."""
+"""Settings in ROS 2 parameter files: read as the node reads them, written for the node."""
 
-from collections.abc import Iterable, Iterator
-import os
+from collections.abc import Callable, Iterable, Iterator
+from difflib import get_close_matches
 from pathlib import Path
-import tempfile
+import stat
 from typing import Any
 
 import yaml
 
-from ..estimation.arms import BOTH, per_arm
-from ..estimation.settings import DEFAULTS
-from ..model.exceptions import BaxterDynamicsError
+from .rcl_parameters import RclError, RclParameters
+from ..estimation.settings import DEFAULTS, PredictorSettings
+from ..files import write_file
+from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
-NODE = 'torque_predictor'
-_WILDCARDS = ('/**', '/*')
-_DIGITS = 7  # that are written: more than any calibration knows
+NODE = '/torque_predictor'
+_LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
+_DIGITS = 7  # written; more than any calibration can determine
+# Parameters that every node has, beside its settings.
+_OF_ALL_NODES = {'use_sim_time': bool, 'start_type_description_service': bool}
 
 
 class ParameterFileError(BaxterDynamicsError):
-    """A parameter file cannot be read or written, or does not fit."""
+    """A parameter file cannot be read or written, or holds a value that the node refuses."""
 
 
-def read_parameters(path: str | Path, arm: str | None = None) -> dict[str, Any]:
+def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
+                    warn: Callable[[str], object] = lambda line: None) -> dict[str, Any]:
     """
-    Return the settings of one arm's predictor in a parameter file, setting name to value.
+    Return the settings that a node gets from parameter files, setting name to value.
 
     Parameters
     ----------
-    path : Path
-        The file.
-    arm : str, optional
-        'right' or 'left': whose settings, of a file for both arms.
+    paths : Path or iterable of Path
+        The files, in the order in which they are given to the node.
+    node : str
+        The node's name with its namespace.
+    warn : callable
+        Called with a line about parameters that the node would ignore.
 
     Raises
     ------
     ParameterFileError
-        If it cannot be read, has none, one of them is unknown or refused, or the file is for both
-        arms and arm is not given.
+        If a file cannot be read, or the node would refuse its parameters.
 
     """
+    if isinstance(paths, (str, Path)):
+        paths = [paths]
+    paths = list(paths)
+    files = RclParameters()
+    for path in paths:
+        try:
+            files.read(_contents(Path(path)))
+        except RclError as error:
+            raise ParameterFileError(f'{path}: {error}') from None
+    names = ', '.join(map(str, paths))
+    given = files.of('/' + node.strip('/'))
+    if paths and not given:
+        others = ', '.join(files.nodes) or 'no node'
+        warn(f'{names}: no parameters for {node}, only for {others}: the defaults are used')
     try:
-        values = _settings(yaml.safe_load(Path(path).read_text(encoding='utf-8')))
-    except (OSError, UnicodeDecodeError, RecursionError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise ParameterFileError(
-            f'{path}: cannot be read as a parameter file ({reason})') from None
-    if not values:
-        raise ParameterFileError(f'{path}: no parameters of {NODE}; expected /**: or {NODE}:, '
-                                 'below it ros__parameters:, and below that the settings')
-    try:
-        arms = per_arm(values)
+        return _settings(given, lambda line: warn(f'{names}: {line}'))
     except BaxterDynamicsError as error:
-        raise ParameterFileError(f'{path}: {error}') from None
-    if values.get('arm') != BOTH:
-        return values
-    if arm not in arms:
-        raise ParameterFileError(
-            f'{path}: is for both arms: say which by --arm, or give the file of one')
-    return arms[arm].values
+        raise ParameterFileError(f'{names}: {error}') from None
 
 
 def write_parameters(path: str | Path, values: dict[str, Any],
                      comments: Iterable[str] = ()) -> None:
     """
-    Write settings that differ from the defaults, and the arm, into a parameter file.
-
-    The file is there when it is complete, or not at all.
+    Write the arm and the settings that differ from their defaults to a parameter file.
 
     Parameters
     ----------
     path : Path
-        Where to; replaced if it is there.
+        The file; replaced if it exists.
     values : dict
         All settings.
     comments : sequence of str
-        Lines for its head.
+        Lines for the comment at the top.
 
     Raises
     ------
-    ParameterFileError
+    BaxterDynamicsError
         If it cannot be written.
 
     """
@@ -93,33 +95,53 @@ def write_parameters(path: str | Path, values: dict[str, Any],
     head = ''.join(f'# {_printable(line)}'.rstrip() + '\n' for line in comments)
     body = yaml.safe_dump({'/**': {'ros__parameters': tree}}, sort_keys=False, width=95,
                           default_flow_style=None)
-    path = Path(path)
+    write_file(path, head + body)
+
+
+def _contents(path: Path) -> bytes:
+    """Return the contents of a regular file of sensible size."""
     try:
-        with tempfile.NamedTemporaryFile('w', encoding='utf-8', dir=path.parent, delete=False,
-                                         prefix=f'.{path.name}.') as file:
-            try:
-                file.write(head + body)
-                file.close()
-                os.chmod(file.name, 0o644)
-                os.replace(file.name, path)
-            except BaseException:
-                os.unlink(file.name)
-                raise
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise ParameterFileError(f'{path}: is not a file')
+        if status.st_size > _LARGEST:
+            raise ParameterFileError(f'{path}: {status.st_size} bytes are too many for a '
+                                     f'parameter file, the maximum is {_LARGEST}')
+        return path.read_bytes()
     except OSError as error:
-        raise ParameterFileError(f'{path}: cannot be written ({error.strerror})') from None
+        raise ParameterFileError(f'{path}: cannot be read ({error.strerror})') from None
 
 
-def _settings(content: object) -> dict[str, Any]:
-    """Return what a file holds for the predictor, setting name to value."""
+def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str, Any]:
+    """Return the settings among a node's parameters, checked as the node checks them."""
     values: dict[str, Any] = {}
-    if isinstance(content, dict):
-        for node, entry in content.items():
-            name = str(node).rstrip('/').rpartition('/')[2]
-            parameters = entry.get('ros__parameters') if isinstance(entry, dict) else None
-            if (node in _WILDCARDS or name == NODE) and isinstance(parameters, dict):
-                values.update(flat(parameters))
-    return {name: value for name, value in values.items()
-            if name != 'use_sim_time' and not name.startswith('qos_overrides.')}
+    ignored = []
+    for name, value in given.items():
+        if name in DEFAULTS:
+            _check_type(name, value, DEFAULTS[name])
+            values[name] = value
+        elif name in _OF_ALL_NODES:
+            _check_type(name, value, _OF_ALL_NODES[name]())
+        elif not name.startswith('qos_overrides.'):
+            meant = get_close_matches(name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
+            if meant:
+                raise ArgumentError(name, f'no such parameter; is {meant[0]} meant?')
+            ignored.append(name)
+    if ignored:
+        more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
+        warn(f'ignoring {", ".join(ignored[:3])}{more}: not parameters of the predictor')
+    PredictorSettings(values)
+    return values
+
+
+def _check_type(name: str, value: Any, default: Any) -> None:
+    """Raise ArgumentError unless a value has the type of a default, as the node insists."""
+    wanted: type = list if isinstance(default, tuple) else type(default)
+    if type(value) is not wanted or wanted is list and type(value[0]) is not float:
+        expected = {bool: 'true or false', str: 'a text', int: 'an integer such as 2',
+                    float: 'a number with a decimal point such as 1.0',
+                    list: 'a list of numbers with decimal points such as [1.0, 2.0]'}[wanted]
+        raise ArgumentError(name, f'expected {expected}, got {value!r:.40}')
 
 
 def flat(tree: dict[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:

@@ -13,11 +13,12 @@ from .calibration_terms import MEANINGS, term_name
 from .gain_figures import gain_picture, steps_picture
 from .model_figures import (effort_model, friction_picture, has_friction, masses_picture,
                             parameters_picture, spring_picture)
-from .page import render, write_files
+from .page import render
 from .robot_findings import remarks
 from .tables import Table
 from .. import __version__
 from ..calibration.calibration_results import Calibration
+from ..files import write_file
 from ..model.joints import JOINTS, N_JOINTS
 
 WARNINGS_SHOWN = 8  # the others are folded
@@ -57,7 +58,7 @@ def write_calibration(path: str | Path, calibration: Calibration, command: str,
         **_tables(calibration), **_pictures(calibration),
         command=command, parameters=parameters, file=shlex.quote(parameters),
         version=__version__)
-    write_files(path.parent, {path.name: page})
+    write_file(path, page)
 
 
 def _tables(calibration: Calibration) -> dict[str, Table | None]:

@@ -8,10 +8,11 @@ from typing import NamedTuple
 from .drawing import Picture
 from .figures import COARSE, effort_picture, estimator_picture, FINE, terms_picture
 from .findings import findings, remarks
-from .page import encoded, render, write_files
+from .page import encoded, render
 from .summary import summary_csv, summary_json
 from .tables import estimators_table, recordings_table, size_table, Table, table_five, terms_table
 from .. import __version__
+from ..files import write_files
 from ..model.arrays import Array
 from ..model.joints import JOINTS
 from ..recordings.evaluation_results import Errors, Evaluation

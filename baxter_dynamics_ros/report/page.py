@@ -1,16 +1,12 @@
-"""The frame of every report: templates, the numbers' look, and a folder written whole."""
+"""Templates and number formats shared by the reports."""
 
 import base64
 import math
-import os
-from pathlib import Path
-import shutil
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from .drawing import Picture
-from ..model.exceptions import BaxterDynamicsError
 
 NO_VALUE = '–'
 
@@ -88,48 +84,3 @@ def part(value: float, whole: float) -> str:
 def data_uri(picture: Picture) -> str:
     """Return a figure as an address that holds it; as an image of its own, no ids can clash."""
     return 'data:image/svg+xml;base64,' + base64.b64encode(picture.svg).decode('ascii')
-
-
-def write_files(folder: str | Path, files: dict[str, bytes]) -> None:
-    """
-    Write files into a folder, all or none as far as a file system allows.
-
-    They are written beside their places first and then moved there, in the order given. What
-    else is in the folder stays.
-
-    Parameters
-    ----------
-    folder : Path
-        Made where it is missing.
-    files : dict
-        Path within the folder, with '/', to bytes.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the folder or a file in it cannot be written.
-
-    """
-    folder = Path(folder).resolve()
-    # Of an existing folder perhaps only the inside can be written, or is another file system.
-    beside = folder if folder.is_dir() else folder.parent
-    temporary = beside / f'.baxter_dynamics_{os.getpid()}'
-    try:
-        for name, content in files.items():
-            path = temporary / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-        if beside is not folder:
-            temporary.rename(folder)
-            return
-        for name in files:
-            if (folder / name).is_dir():
-                raise IsADirectoryError(f'{name} is a folder there')
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        for name in files:
-            os.replace(temporary / name, folder / name)
-    except OSError as error:
-        reason = error.strerror or error
-        raise BaxterDynamicsError(f'{folder}: cannot be written ({reason})') from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)

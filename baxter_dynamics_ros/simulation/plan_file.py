@@ -1,12 +1,11 @@
 """The exciting trajectory as a file that the Baxter SDK's examples play."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 
 from .exciting_trajectory import DURATION, motion, series
-from ..model.exceptions import BaxterDynamicsError
+from ..files import write_file
 from ..model.joints import joint_names, SIDES
 
 # Lines a second. Enough for a motion without anything above 0.5 Hz; the SDK's player solves an
@@ -40,7 +39,6 @@ def write_plan(path: str | Path, side: str, rate: float = RATE) -> None:
         If the file cannot be written.
 
     """
-    path = Path(path)
     times = np.arange(round(DURATION * rate) + 1) / rate
     header, columns = ['time'], [times]
     for arm in reversed(SIDES):  # the SDK's order: left, right
@@ -48,10 +46,4 @@ def write_plan(path: str | Path, side: str, rate: float = RATE) -> None:
         q = motion(series(side), times)[0] if arm == side else np.tile(NEUTRAL, (len(times), 1))
         columns += [*q.T, np.full(len(times), _OPEN)]
     lines = [','.join(header)] + [','.join(f'{x:.6f}' for x in row) for row in zip(*columns)]
-    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        temporary.write_text('\n'.join(lines) + '\n', encoding='ascii')
-        os.replace(temporary, path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise BaxterDynamicsError(f'{path}: cannot be written ({error.strerror})') from None
+    write_file(path, '\n'.join(lines) + '\n')

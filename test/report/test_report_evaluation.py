@@ -248,19 +248,6 @@ def test_an_existing_folder_keeps_what_else_is_in_it(several):
         'figures', 'notes.txt', 'report.html', 'summary.csv', 'summary.json'}
 
 
-def test_what_cannot_be_written_leaves_everything_as_it_was(tmp_path):
-    from baxter_dynamics_ros.report.page import write_files
-    (tmp_path / 'a.txt').write_text('old')
-    (tmp_path / 'b.txt').mkdir()
-    with pytest.raises(BaxterDynamicsError, match=f'{tmp_path}: cannot be written .*b.txt'):
-        write_files(tmp_path, {'a.txt': b'new', 'b.txt': b'new'})
-    for folder in (tmp_path / 'a.txt', tmp_path / 'a.txt' / 'c'):
-        with pytest.raises(BaxterDynamicsError, match='cannot be written'):
-            write_files(folder, {'d.txt': b'new'})
-    assert (tmp_path / 'a.txt').read_text() == 'old'
-    assert {path.name for path in tmp_path.iterdir()} == {'a.txt', 'b.txt'}
-
-
 @pytest.mark.parametrize('value, text', [
     (1.23456, '1.235'), (-0.5, '−0.500'), (0.0, '0'), (-0.0001, '0.000'), (float('nan'), '–'),
     (float('-inf'), '–')])
