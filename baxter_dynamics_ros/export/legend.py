@@ -2,13 +2,13 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ..model import _closed_form
 from ..model.arm import BaxterArm
 from ..model.base_parameters import TILTED_NAMES
 from ..model.joints import JOINTS
 
+# Begins the head of every exported file.
+MARK = 'Written by baxter_dynamics export'
 LABELS = {'q': 'joint positions [rad]', 'qd': 'joint velocities [rad/s]',
           'qdd': 'joint accelerations [rad/s^2]', 'tau': 'joint torques [N m]'}
 FRAMES = (
@@ -41,9 +41,10 @@ def head(arm: BaxterArm, command: str) -> list[str]:
                else 'The hand is empty.')
     gravity = ', '.join(f'{x + 0.0:.6g}' for x in arm.gravity_vector)
     return [
+        f'{MARK}: `{command}`.',
         'Closed-form rigid-body dynamics of a Baxter arm, tau = M(q) qdd + C(q, qd) qd + G(q), '
         'after "Lagrange-Euler Closed Dynamics Model of the Baxter Robot" with two errors of the '
-        f'printed model corrected; written by `{command}`.',
+        'printed model corrected.',
         f'Joint order: {", ".join(JOINTS)}. tau is positive in the direction of positive q. The '
         'effort that a real Baxter measures also includes the springs at s1, friction and bias.',
         f'{carried} The gravity vector is ({gravity}) m/s^2 in the base frame.']
@@ -68,8 +69,3 @@ def meaning(name: str) -> tuple[str, str]:
     if name.endswith('alpha7'):
         return '1', f'{"sine" if name[0] == "s" else "cosine"} of Denavit-Hartenberg alpha of link 7'
     return 'm', f'Denavit-Hartenberg {name[0]} of link {name[1]}'
-
-
-def significant(value: float) -> str:
-    """Return a value for people, without a sign of zero."""
-    return f'{np.float64(value) + 0.0:.7g}'

@@ -26,6 +26,8 @@ CEILINGS = {
     'christoffel_symbols': (1000, 1000),
     'regressor': (1107, 1115),
     'inverse_dynamics_gradient': (3146, 3204),
+    'forward_kinematics': (192, 192),
+    'jacobian': (240, 240),
 }
 
 

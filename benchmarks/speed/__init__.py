@@ -1,1 +1,0 @@
-"""How the engines are compared: agreement, times, memory, targets, and the table."""

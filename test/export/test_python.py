@@ -1,0 +1,90 @@
+"""The exported Python file on floats, NumPy arrays and the symbols of CasADi and SymPy."""
+
+from importlib.util import module_from_spec, spec_from_file_location
+import subprocess
+import sys
+
+from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.export.legend import parameters
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def module(export, arm):
+    """Return the exported module of an arm."""
+    (path,) = export('python', arm).values()
+    spec = spec_from_file_location('exported', path)
+    result = module_from_spec(spec)
+    spec.loader.exec_module(result)
+    return result
+
+
+def vectors(module, name):
+    return 'q', *module.FUNCTIONS[name][0]
+
+
+def test_numpy_arrays(module, states, check, arm):
+    assert dict(zip(module.PARAMETERS, module.VALUES)) == {
+        p.name: p.value for p in parameters(arm)}
+    for name in module.FUNCTIONS:
+        arguments = [states[vector] for vector in vectors(module, name)]
+        results = module.evaluate(getattr(module, name), *arguments)
+        check(name, results if isinstance(results, tuple) else (results,))
+        one = module.evaluate(getattr(module, name), *(x[0] for x in arguments))
+        one = one if isinstance(one, tuple) else (one,)
+        assert [x.shape for x in one] == [output[1] for output in module.FUNCTIONS[name][1]]
+    assert module.evaluate(module.gravity, np.empty((0, 7))).shape == (0, 7)
+    with pytest.raises(ValueError, match=r'shape \(\.\.\., 7\), got \(3,\)'):
+        module.evaluate(module.gravity, np.zeros(3))
+
+
+def test_casadi_symbols(module, states, check):
+    casadi = pytest.importorskip('casadi', reason='needs CasADi: pip install casadi')
+    for name, (_, outputs) in module.FUNCTIONS.items():
+        symbols = [casadi.SX.sym(vector, 7) for vector in vectors(module, name)]
+        inputs = [casadi.vertsplit(x) for x in (casadi.sin(symbols[0]), casadi.cos(symbols[0]),
+                                                *symbols[1:])]
+        values = casadi.vertcat(*getattr(module, name)(*inputs, module.VALUES))
+        function = casadi.Function('f', symbols, [values])
+        flat = function(*(states[vector].T for vector in vectors(module, name))).full().T
+        sizes = np.cumsum([np.prod(output[1]) for output in outputs])[:-1]
+        check(name, [part.reshape(-1, *output[1])
+                     for part, output in zip(np.split(flat, sizes, axis=1), outputs)])
+
+
+def test_sympy_symbols(module, states):
+    sympy = pytest.importorskip('sympy', reason='needs SymPy: pip install sympy')
+    for name in ('gravity', 'inverse_dynamics', 'forward_kinematics'):
+        function, sizes = getattr(module, name), 2 + len(module.FUNCTIONS[name][0])
+        symbols = [sympy.symbols(f'x{i}_1:8') for i in range(sizes)]
+        parameters = sympy.symbols(module.PARAMETERS)
+        # A polynomial in them: at rational points it is exact.
+        values = function(*symbols, parameters)
+        numbers = [[sympy.Rational(3 * i + k + 1, 7 + k) for k in range(7)] for i in range(sizes)]
+        expected = function(*([float(x) for x in row] for row in numbers), module.VALUES)
+        places = {s: x for row, values_ in zip(symbols, numbers) for s, x in zip(row, values_)}
+        places.update(zip(parameters, module.VALUES))
+        result = sympy.lambdify(list(places), values, modules='math', cse=True)(
+            *map(float, places.values()))
+        np.testing.assert_allclose(result, expected, rtol=1e-11, atol=1e-11)
+
+
+def test_it_needs_nothing(export):
+    (path,) = export('python', BaxterArm()).values()
+    code = ('import sys; before = set(sys.modules); import baxter_dynamics as b; '
+            'assert set(sys.modules) - before == {"baxter_dynamics"}; '
+            'print(*b.gravity([0.0] * 7, [1.0] * 7, b.VALUES))')
+    done = subprocess.run([sys.executable, '-S', '-c', code], cwd=path.parent, text=True,
+                          capture_output=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_allclose(np.array(done.stdout.split(), float),
+                               BaxterArm().gravity(np.zeros(7)), rtol=0.0, atol=1e-11)
+
+
+def test_the_head_explains_the_file(module, arm):
+    said = ' '.join(module.__doc__.split())
+    for text in ('Written by baxter_dynamics export', 'Joint order: s0, s1, e0, e1, w0, w1, w2',
+                 'tau = evaluate(inverse_dynamics, q, qd, qdd)', 'm/s^2 in the base frame'):
+        assert text in said
+    assert ('payload of 1.2 kg' in said) == bool(arm.payload.mass)
