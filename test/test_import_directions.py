@@ -1,4 +1,4 @@
-"""Imports point one way: as the table of rooms in docs/architecture.md says; core is NumPy."""
+"""Imports point one way, as MAY_IMPORT says; the model and the estimation need NumPy only."""
 
 import ast
 import os
@@ -8,25 +8,36 @@ import sys
 
 import baxter_dynamics_ros
 import pytest
-from rooms import rooms
 
 PACKAGE = Path(baxter_dynamics_ros.__file__).resolve().parent
 NAME = PACKAGE.name
 
-# The rule is the table in docs/architecture.md. The root's __init__ re-exports the model.
-MAY_IMPORT = {'__init__': {'model'}, **{
-    name: {name, *room.imports} for name, room in rooms().items()}}
-# ... and inside a function only, so that the import waits until someone asks for it.
-MAY_IMPORT_LATE = {name: set(room.late) for name, room in rooms().items()}
-
+# Part of the package -> the other parts it may import, at the top of a module or in functions.
+MAY_IMPORT = {
+    '__init__': 'model',  # it re-exports the model
+    'model': '',
+    'compiled': 'model',
+    'newton_euler': 'model',
+    'estimation': 'model',
+    'closed_form': 'model',
+    'export': 'model closed_form',
+    'simulation': 'model',
+    'recordings': 'model estimation newton_euler',
+    'calibration': 'model estimation recordings',
+    'report': 'model recordings calibration',
+    'nodes': 'model estimation',
+    'cli': 'model estimation simulation recordings calibration report export nodes',
+}
+# ... and in functions only, so that the import waits until it is needed.
+MAY_IMPORT_LATE = {'model': 'compiled', 'estimation': 'newton_euler', 'nodes': 'simulation'}
+# Library -> the parts that may import it.
+CONFINED = {
+    'numba': 'compiled', 'pinocchio': 'newton_euler', 'casadi': 'closed_form',
+    'mujoco': 'simulation', 'rosbags': 'recordings', 'yaml': 'recordings', 'scipy': 'calibration',
+    'jinja2': 'report', 'matplotlib': 'report cli', 'rclpy': 'nodes cli', 'rich': 'cli',
+}
 # Parts that import nothing but themselves, NumPy and the standard library.
 NUMPY_ALONE = {'__init__', 'model', 'estimation'}
-# What is confined -> the parts it is confined to.
-CONFINED = {
-    **{library: {name} for name, room in rooms().items() for library in room.libraries},
-    'rclpy': {'nodes', 'cli'},
-    'matplotlib': {'report', 'cli'},
-}
 
 FILES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob('*.py'))
 
@@ -35,34 +46,23 @@ def test_the_files_are_found():
     assert Path('model', 'arm.py') in FILES
 
 
-def test_the_documented_rooms_are_those_there_are():
+def test_every_part_has_a_rule_and_every_rule_is_needed():
+    done = {(_part(file), module[1], late) for file in FILES for module, late in _imports(file)
+            if module[0] == NAME and module[1:2] not in ((), (_part(file),))}
+    allowed = {(part, name, late) for late, rules in ((False, MAY_IMPORT), (True, MAY_IMPORT_LATE))
+               for part, names in rules.items() for name in names.split()}
     assert MAY_IMPORT.keys() == {_part(file) for file in FILES}
-    assert list(rooms())[0] == 'model' and 'pinocchio' in CONFINED
-
-
-def test_a_room_may_import_what_is_documented_and_does():
-    done = {part: {(module[1], late) for file in FILES if _part(file) == part
-                   for module, late in _imports(file)
-                   if module[0] == NAME and module[1:2] not in ((), (part,))}
-            for part in rooms()}
-    for name, room in rooms().items():
-        assert {part for part, late in done[name] if not late} >= set(room.imports), name
-        assert {part for part, late in done[name] if late} >= set(room.late), name
-
-
-def test_what_imports_numpy_alone_is_documented_so():
-    for name in NUMPY_ALONE - {'__init__'}:
-        assert rooms()[name].libraries == ()
+    assert allowed - done <= {('__init__', 'model', False)}
 
 
 @pytest.mark.parametrize('file', FILES, ids=str)
 def test_imports_within_the_package(file):
     part = _part(file)
-    assert part in MAY_IMPORT, f'{file}: say in docs/architecture.md what it may import'
     for module, late in _imports(file):
         if module[0] != NAME:
             continue
-        allowed = MAY_IMPORT[part] | (MAY_IMPORT_LATE.get(part, set()) if late else set())
+        allowed = {part, *MAY_IMPORT[part].split(),
+                   *(MAY_IMPORT_LATE.get(part, '').split() if late else ())}
         imported = module[1] if len(module) > 1 else 'model'
         assert imported in allowed, f'{file} imports {".".join(module)}'
 
@@ -74,21 +74,21 @@ def test_imports_from_elsewhere(file):
         top = module[0]
         if part in NUMPY_ALONE:
             assert top in sys.stdlib_module_names | {'numpy', NAME}, f'{file} imports {top}'
-        assert part in CONFINED.get(top, {part}), f'{file} imports {top}'
+        assert part in CONFINED.get(top, part).split(), f'{file} imports {top}'
 
 
-def test_the_package_loads_numpy_alone():
+def test_the_package_loads_numpy_only():
     assert _loaded_by(NAME) == {'numpy', NAME}
 
 
-def test_core_and_signals_load_numpy_alone():
+def test_model_and_estimation_load_numpy_only():
     modules = ['.'.join((NAME, *file.with_suffix('').parts)) for file in FILES
                if _part(file) in NUMPY_ALONE and file.stem != '__init__']
     assert _loaded_by(*modules) == {'numpy', NAME}
 
 
 def _part(file):
-    """Return the folder, or the module in the root, that a file belongs to."""
+    """Return the folder, or the module in the root, of a file."""
     return Path(file.parts[0]).stem
 
 

@@ -98,7 +98,7 @@ def main(args: argparse.Namespace) -> int:
     _print_comparison(series)
     _print_services(answers)
     plot_effort(picture, series, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
-    say(f'picture: {picture}')
+    say(f'figure: {picture}')
     return 0
 
 

@@ -8,9 +8,6 @@ from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER, S1
 from baxter_dynamics_ros.model.presliding import Presliding
-from baxter_dynamics_ros.simulation.robot import FakeBaxter, JOINT_STATE_NAMES
-from baxter_dynamics_ros.simulation.sensors import EFFORT_QUANTUM
-from matplotlib.ticker import MultipleLocator
 import numpy as np
 
 from .sheet import FAINT, legend, MODEL, OTHER, panels, styled, TRUE, write, WRONG
@@ -82,40 +79,3 @@ def friction(path: Path) -> None:
     right.set_ylim(-0.68, 1.25)
     right.legend(frameon=False, loc='upper left')
     write(figure, path)
-
-
-@styled
-def sensors(path: Path) -> None:
-    """Draw a velocity in motion and an effort at rest: true, and as the sensors show them."""
-    figure, ((left, right),) = panels(1, 2, 3.4)
-    time, true, measured, _ = _watched('switch', 's0', begin=4.3, duration=0.8)
-    left.plot(time, true, color=TRUE, linewidth=4.0, label='true')
-    left.plot(time[::10], measured[::10], 'o-', color=MODEL, linewidth=1.0, markersize=3.0,
-              label='measured')
-    left.set_title('velocity of s0, switched to and fro')
-    left.set_ylabel('velocity [rad/s]')
-    left.legend(frameon=False)
-    time, _, _, effort = _watched('hold', 'w0', begin=0.0, duration=0.8)
-    right.axhline(effort.mean(), color=TRUE, linewidth=4.0)
-    right.plot(time[::10], effort[::10], 'o', color=MODEL, markersize=4.0)
-    right.yaxis.set_major_locator(MultipleLocator(2 * EFFORT_QUANTUM))
-    right.set_ylim(effort.mean() - 0.03, effort.mean() + 0.03)
-    right.set_title('effort of w0 at rest')
-    right.set_ylabel('effort [N m]')
-    for axis in (left, right):
-        axis.set_xlabel('time [s]')
-    write(figure, path)
-
-
-def _watched(trajectory: str, joint: str, begin: float,
-             duration: float) -> tuple[np.ndarray, ...]:
-    """Return, each millisecond, time, a joint's true and measured velocity, and its effort."""
-    robot = FakeBaxter('right', trajectory, friction=False)
-    robot.advance(begin)
-    own, published = JOINTS.index(joint), JOINT_STATE_NAMES.index(f'right_{joint}')
-    rows = []
-    for k in range(round(1000 * duration)):
-        robot.advance(begin + 1e-3 * (k + 1))
-        _, velocity, effort = robot.joint_state()
-        rows.append((robot.time, robot.plant.qd[own], velocity[published], effort[published]))
-    return tuple(np.array(rows).T)

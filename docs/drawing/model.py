@@ -11,9 +11,9 @@ from baxter_dynamics_ros.model.parameters import ArmParameters
 from baxter_dynamics_ros.simulation.trajectories import PERIODS, HandTrajectory
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from measured.model import Manufacturer, SIDE, variant
 import numpy as np
 
+from .manufacturer import Manufacturer, SIDE, variant
 from .sheet import legend, MODEL, panels, styled, TRUE, write, WRONG
 
 _DT = 0.01  # [s]
@@ -75,24 +75,6 @@ def torque_as_printed(path: Path) -> None:
         for (label, tau), style in zip(lines.items(), _STYLES.values()):
             axis.plot(time, tau[:, JOINTS.index(joint)], label=label, **style)
         _name(axis, joint, 'τ [N m]')
-    _finish(figure, axes, path)
-
-
-@styled
-def inertia_as_printed(path: Path) -> None:
-    """Draw what Table III in eq. (12) as printed costs where joints accelerate quickly."""
-    shown = ('s0', 's1', 'e0', 'e1')
-    motion, time = _motion('switch')
-    true = Manufacturer().inverse_dynamics(*motion)
-    errors = {'inertias as printed': (variant('pi/2 at theta_2'), WRONG),
-              'moved to the link frame': (variant('both'), MODEL)}
-    figure, axes = panels(2, 2, 4.2, sharex=True)
-    for axis, joint in zip(axes.flat, shown):
-        for label, (arm, color) in errors.items():
-            error = arm.inverse_dynamics(*motion) - true
-            axis.plot(time, error[:, JOINTS.index(joint)], color=color, linewidth=1.6,
-                      label=label)
-        _name(axis, joint, 'error of τ [N m]')
     _finish(figure, axes, path)
 
 

@@ -1,4 +1,4 @@
-"""What the documents' figures share: their style, their colours, and how they are written."""
+"""Style, colours and files of the figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figure of the command watch: what it shows while a hand pushes the fake Baxter."""
+"""Figure of the watch command, while a hand pushes the fake Baxter."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rcl_interfaces.srv import SetParameters
 import rclpy
 from rclpy.parameter import Parameter
 
-WIDTH = 96  # columns
+WIDTH = 80  # columns
 FREE, PUSHED = 10, 2.2  # [s]: in free motion, and then pushed, until the picture is taken
 FORCE = [0.0, 4.0, -18.0]  # [N] on the hand, axes of the robot's base
 DOMAIN = 1 + os.getpid() % 100  # nobody else's

@@ -25,7 +25,7 @@ def test_shows_the_comparison_the_services_and_a_picture(domain, tmp_path):
     assert result.returncode == 0, result.stderr
     assert picture.read_bytes()[:8] == b'\x89PNG\r\n\x1a\n'
     assert picture.stat().st_size > 50_000
-    assert f'picture: {picture}' in result.stdout
+    assert f'figure: {picture}' in result.stdout
     for word in ('gravity_torques', 'inverse_dynamics', 'residual', 'actuator_effort'):
         assert word in result.stdout
     row = next(line.split() for line in result.stdout.splitlines() if line.split()[:1] == ['s1'])

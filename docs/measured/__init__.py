@@ -1,1 +1,0 @@
-"""What the documents measure: tables, and the data of figures."""
