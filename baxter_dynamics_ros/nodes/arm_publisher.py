@@ -20,7 +20,6 @@ from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
-from ..model.joints import BASE_FRAME
 
 
 class Arm:
@@ -68,10 +67,10 @@ class Arm:
         self._wrench = self._publisher(WrenchStamped, topics.EXTERNAL_WRENCH)
         self._contact = self._publisher(Bool, topics.CONTACT)
         # One message of each kind, filled anew each time: rclpy copies what it publishes.
-        self._joint_state = joint_state(self.predictor.stream.intake.names, 0)
+        self._joint_state = joint_state(self.predictor.stream.selector.names, 0)
         self._wrench_stamped = WrenchStamped()
         for message in (self._joint_state, self._wrench_stamped):
-            message.header.frame_id = BASE_FRAME  # RViz shows no joint state without a frame
+            message.header.frame_id = settings.values['frame_id']
         self._bool = Bool()
 
     @property

@@ -76,7 +76,7 @@ def report(place: str, topic: str, publishers: int, arm: Arm) -> list[Diagnostic
                 _residual(arm), _external(arm)]
     for status in statuses:
         status.name = f'{place}: {status.name}'
-        status.hardware_id = f'baxter_{arm.predictor.stream.intake.side}_arm'
+        status.hardware_id = f'baxter_{arm.predictor.stream.selector.side}_arm'
     return statuses
 
 
@@ -87,7 +87,7 @@ def _input(arm: Arm, topic: str, publishers: int) -> DiagnosticStatus:
         if status.level == OK:
             what = 'other arm' if arm.statistics.since(Event.NOT_THIS_ARM) else 'no input'
             status = _status('input', STALE, what, topic=topic,
-                             side=arm.predictor.stream.intake.side)
+                             side=arm.predictor.stream.selector.side)
         else:  # they arrive, and none can be used
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')

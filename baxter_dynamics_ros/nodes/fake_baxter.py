@@ -16,7 +16,7 @@ from .messages import from_field, joint_state
 from .process import run
 from .ros_parameters import refuse_misspelt
 from ..estimation.events import Event
-from ..estimation.joint_selection import Intake
+from ..estimation.joint_selection import JointSelector
 from ..estimation.settings import SETTINGS
 from ..model.arrays import Array
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
@@ -77,7 +77,7 @@ class FakeBaxterNode(Node):
         self.add_on_set_parameters_callback(_verdict)
         self.add_post_set_parameters_callback(self._on_parameters_set)
 
-        self._intake = Intake(value['arm'])
+        self._selector = JointSelector(value['arm'])
         self._refused = 0  # torque commands
         self._was_commanded = False
         self.create_subscription(
@@ -116,9 +116,9 @@ class FakeBaxterNode(Node):
 
     def _torque(self, message: JointState) -> Array:
         """Return a command's effort (7,) [N m], matched to the arm's joints by name."""
-        layout = self._intake.layout(message.name)
+        layout = self._selector.layout(message.name)
         if isinstance(layout, Event):
-            raise ArgumentError('name', f'expected each of {" ".join(self._intake.names)} once '
+            raise ArgumentError('name', f'expected each of {" ".join(self._selector.names)} once '
                                 f'({layout.value})')
         if len(message.effort) != len(message.name):
             raise ArgumentError('effort', f'expected {len(message.name)} values, as many as name, '

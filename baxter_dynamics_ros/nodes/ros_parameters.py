@@ -186,7 +186,7 @@ def _type(setting: Setting) -> str:
     if isinstance(default, bool):
         return 'true or false'
     if isinstance(default, str):
-        return 'one of ' + ', '.join(_choices(setting))
+        return 'one of ' + ', '.join(_choices(setting)) if setting.choices else 'text'
     if isinstance(default, int):
         return 'a whole number, such as 2'
     if isinstance(default, tuple):

@@ -51,7 +51,7 @@ class TorquePredictor(Node):
             lambda changes: self._given.verdict(changes))
         self.add_post_set_parameters_callback(self._on_parameters_set)
         for arm in self._arms.values():
-            names = arm.predictor.stream.intake.names
+            names = arm.predictor.stream.selector.names
             self.get_logger().info(
                 f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
                 f'{arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state')
