@@ -10,6 +10,7 @@ Run: python examples/push.py
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from contextlib import suppress
+import signal
 from time import sleep
 
 import rclpy
@@ -27,6 +28,8 @@ def main() -> None:
                         help="axes of the robot's base, up to 200 [N]")
     options = parser.parse_args()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C leaves us able to let go
+    # A script's background processes start with SIGINT ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     node = rclpy.create_node('push')
     client = AsyncParameterClient(node, 'fake_baxter')
     if not client.wait_for_services(10.0):

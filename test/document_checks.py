@@ -22,7 +22,7 @@ def check(block):
 
 def _parameters(read):
     """See that YAML is a parameter file, or a part of one, for the predictor."""
-    from baxter_dynamics_ros.estimation.arms import per_arm
+    from baxter_dynamics_ros.estimation.settings import PredictorSettings
     from baxter_dynamics_ros.recordings.parameter_file import flat
     while isinstance(read, dict) and len(read) == 1 and not isinstance(
             next(iter(read.values())), (str, float, int, list)):
@@ -32,4 +32,4 @@ def _parameters(read):
         read = inner
     if not isinstance(read, dict):
         raise Failure('no parameters')
-    per_arm(dict(flat(read)))
+    PredictorSettings(dict(flat(read)))

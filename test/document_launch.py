@@ -128,6 +128,10 @@ def _node(element, variables, file):
 def _substituted(text, variables, file):
     def put(match):
         name, *words = match[1].split()
+        if name == 'equals':
+            return str(words[0] == words[1]).lower()
+        if name == 'or':
+            return str('true' in words).lower()
         if name == 'var' and words[0] in variables:
             return variables[words[0]]
         if name == 'find-pkg-share' and words == [PACKAGE]:

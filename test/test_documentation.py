@@ -4,7 +4,6 @@ import ast
 from pathlib import Path
 import re
 
-from baxter_dynamics_ros.estimation.arms import BOTH
 from baxter_dynamics_ros.estimation.events import Event, REMEDIES
 from baxter_dynamics_ros.estimation.settings import SETTINGS
 from baxter_dynamics_ros.model import paper_tables
@@ -45,8 +44,7 @@ def test_each_parameter_is_documented_as_it_is(setting):
     else:
         assert value == str(setting.default).replace('True', 'true')
     if setting.choices:
-        choices = (*setting.choices, BOTH) if setting.name == 'arm' else setting.choices
-        assert limits == ', '.join(f'`{choice}`' for choice in choices)
+        assert limits == ', '.join(f'`{choice}`' for choice in setting.choices)
     elif limits.startswith('±'):
         assert float(limits[1:]) == setting.upper == -setting.lower
     elif limits:

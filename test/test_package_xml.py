@@ -7,9 +7,7 @@ import sys
 import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
-from baxter_dynamics_ros.estimation.arms import BOTH, named_settings, per_arm
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
-from baxter_dynamics_ros.model.joints import SIDES
 import pytest
 
 NAME = 'baxter_dynamics_ros'
@@ -131,8 +129,7 @@ def test_files_of_launch_files_exist(path):
              for value in element.attrib.values() if value.startswith(share)]
     assert named
     for name in named:
-        for arm in (*SIDES, BOTH):
-            assert (REPOSITORY / name.replace('$(var arm)', arm)).is_file(), name
+        assert (REPOSITORY / name).is_file(), name
 
 
 @pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
@@ -149,7 +146,7 @@ def test_arguments_of_launch_files_are_declared(path):
 
 @pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
 def test_topics_and_parameters_of_launch_files_exist(path):
-    topics = pytest.importorskip(f'{NAME}.ros.topics', reason='ROS is not installed')
+    topics = pytest.importorskip(f'{NAME}.nodes.topics', reason='ROS is not installed')
     for remap in ET.parse(path).findall('.//remap'):
         assert remap.get('from') == topics.JOINT_STATES
     for node in ET.parse(path).findall('.//node[@exec="torque_predictor"]'):
@@ -161,21 +158,19 @@ def test_topics_and_parameters_of_launch_files_exist(path):
 def test_parameter_files_are_accepted(path):
     values = _parameters(path)
     assert values
-    per_arm(values)  # raises at an unknown name or a refused value
+    PredictorSettings(values)  # raises at an unknown name or a refused value
 
 
 @pytest.mark.parametrize('path', CONFIG, ids=lambda path: path.name)
 def test_parameter_files_have_the_types_that_ros_insists_on(path):
     values = _parameters(path)
-    known = named_settings(values.get('arm', 'right'))
     for name, value in values.items():
-        assert _type(value) == _type(known[name].default), name
+        assert _type(value) == _type(DEFAULTS[name]), name
 
 
-@pytest.mark.parametrize('side', SIDES)
-def test_parameter_file_of_an_arm_is_the_defaults(side):
-    values = _parameters(REPOSITORY / 'config' / f'{side}_arm.yaml')
-    assert PredictorSettings(values).values == {**DEFAULTS, 'arm': side}
+def test_parameter_file_of_the_right_arm_lists_all_defaults():
+    values = _parameters(REPOSITORY / 'config' / 'right_arm.yaml')
+    assert PredictorSettings(values).values == DEFAULTS
     assert values.keys() == DEFAULTS.keys()
 
 

@@ -55,7 +55,7 @@ def run(bags: Sequence[str], output: str, arm: 'str | None', topic: 'str | None'
     console = Console()
     path = output_file('--output', output, ('.yaml', '.yml'))
     report = output_file('--output', path.with_suffix('.html'), ('.html',))
-    values = read_parameters(params, arm) if params else {}
+    values = read_parameters(params) if params else {}
     if arm and values.get('arm', arm) != arm:
         console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
                       'and tilt belong to one arm', soft_wrap=True, highlight=False)

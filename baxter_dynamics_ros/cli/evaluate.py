@@ -61,7 +61,7 @@ def run(bags: Sequence[str | Path], output: str | Path, arm: 'str | None', topic
     folder = output_folder('--output', output)
     if save_bag and Path(save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
-    values = read_parameters(params, arm) if params else {}
+    values = read_parameters(params) if params else {}
     if arm and values.get('arm', arm) != arm:
         console.print(f"warning: the parameters are of the {values['arm']} arm: friction, bias "
                       'and tilt belong to one arm', soft_wrap=True, highlight=False)

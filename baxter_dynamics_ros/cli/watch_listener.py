@@ -102,7 +102,7 @@ class Listener:
         sides = {arm.side for arm in self.watched.shown()}
         if self._side and sides and self._side not in sides:
             return (f'{self.predictor} predicts the {sides.pop()} arm, not the {self._side}: '
-                    f'start it with arm:={self._side} or both, or choose the other --arm')
+                    f'start it with arm:={self._side}, or choose the other --arm')
         said = [arm.statuses[name].message for arm in arms for name in ('input', 'filter')
                 if name in arm.statuses and arm.statuses[name].level]
         return f'{self.predictor} runs, but predicts nothing: ' + (

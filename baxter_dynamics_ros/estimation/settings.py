@@ -70,12 +70,12 @@ class Setting:
         if isinstance(self.default, int):
             if not isinstance(value, int) or isinstance(value, bool):
                 raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
-            return int(number(self.name, value, self.lower, self.upper))
+            return int(number(self.name, value, self.lower, self.upper, self.unit))
         if isinstance(self.default, float):
-            return number(self.name, value, self.lower, self.upper)
+            return number(self.name, value, self.lower, self.upper, self.unit)
         values = tuple(finite(self.name, value, (len(self.default),)).tolist())
         for i, element in enumerate(values):
-            number(f'{self.name}[{i}]', element, self.lower, self.upper)
+            number(f'{self.name}[{i}]', element, self.lower, self.upper, self.unit)
         return values
 
     def _check_text(self, value: Any) -> str:

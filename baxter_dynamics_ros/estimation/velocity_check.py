@@ -40,7 +40,8 @@ class VelocityCheck:
     def __init__(self) -> None:
         # Position, integral of velocity, and their difference [rad].
         self._sample = np.zeros((3, N_JOINTS))
-        self._begin_window()
+        self._low = self._high = self._sample
+        self._t, self._next_check = 0.0, _CHECK_PERIOD  # since the start of the window [s]
         self.reset()
 
     def reset(self) -> None:
@@ -96,8 +97,7 @@ class VelocityCheck:
         return self.usable
 
     def _begin_window(self) -> None:
-        self._t = 0.0  # since the start of the window [s]
-        self._next_check = _CHECK_PERIOD
+        self._t, self._next_check = 0.0, _CHECK_PERIOD
         self._low, self._high = self._sample.copy(), self._sample.copy()
 
     def _compare(self) -> None:

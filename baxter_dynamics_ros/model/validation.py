@@ -38,9 +38,10 @@ def finite_batch(name: str, value: ArrayLike, n: int) -> Array:
     return _refuse_non_finite(name, array)
 
 
-def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf) -> float:
+def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf,
+           unit: str = '') -> float:
     """
-    Return ``value`` as a finite float in [lower, upper].
+    Return ``value`` as a finite float in [lower, upper]; ``unit`` is for the error.
 
     Raises
     ------
@@ -50,7 +51,8 @@ def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = n
     """
     result = float(finite(name, value, ()))
     if not lower <= result <= upper:
-        raise ArgumentError(name, f'expected a value in [{lower:g}, {upper:g}], got {result:g}')
+        range_ = f'[{lower:g}, {upper:g}] {unit}'.rstrip()
+        raise ArgumentError(name, f'expected a value in {range_}, got {result:g}')
     return result
 
 

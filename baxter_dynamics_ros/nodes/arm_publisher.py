@@ -15,7 +15,6 @@ from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
 from .period import PeriodStatistics
 from .services import Answers
-from ..estimation.events import Event
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
@@ -34,8 +33,6 @@ class Arm:
         Whose.
     settings : PredictorSettings
         Of the arm.
-    side : str
-        Its side, where that is part of the names; empty for an only arm.
 
     Attributes
     ----------
@@ -47,13 +44,10 @@ class Arm:
         As they are.
     statistics : PeriodStatistics
         Of what came since the last report.
-    side : str
-        As given.
 
     """
 
-    def __init__(self, node: Node, settings: PredictorSettings, side: str = '') -> None:
-        self.side = side
+    def __init__(self, node: Node, settings: PredictorSettings) -> None:
         self.settings = settings
         self.predictor = settings.predictor(external=True)
         self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
@@ -83,19 +77,14 @@ class Arm:
         """Time since the last prediction [s]; infinite if there was none."""
         return time.monotonic() - self._predicted
 
-    def take(self, stamp_ns: int, stamped: bool, names: Sequence[str], position: Array,
-             velocity: Array, effort: Array) -> None:
-        """
-        Take a joint state, as the stream handler does, and publish what it gives.
-
-        ``stamped`` is false where its stamp is not its own, but the time of arrival here.
-        """
+    def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
+             effort: Array, received_ns: int) -> None:
+        """Process a joint state, as the stream handler does, and publish the results."""
         predictor = self.predictor
         taken = predictor.counts['taken']
-        prediction = predictor.handle(stamp_ns, names, position, velocity, effort)
+        prediction = predictor.handle(stamp_ns, names, position, velocity, effort, received_ns)
         if predictor.counts['taken'] != taken:
             self._taken = time.monotonic()
-            predictor.counts[Event.UNSTAMPED] += not stamped
         if prediction is not None:
             self._predicted = self._taken
             self._tell_prediction(prediction)
@@ -112,10 +101,10 @@ class Arm:
         """Answer services of these types."""
         answers = Answers(self.predictor, lambda: self.age, lambda: self.prediction_age)
         self._node.create_service(
-            gravity_torques, topics.below_node(topics.GRAVITY_TORQUES, self.side),
+            gravity_torques, topics.below_node(topics.GRAVITY_TORQUES),
             lambda request, response: answers.gravity_torques(self.settings, request, response))
         self._node.create_service(
-            inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS, self.side),
+            inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS),
             lambda request, response: answers.inverse_dynamics(self.settings, request, response))
 
     def _tell_prediction(self, prediction: Prediction) -> None:
@@ -160,5 +149,5 @@ class Arm:
     def _publisher(self, kind: type[Any], name: str) -> Publisher:
         # Of rclpy's event handlers, two a publisher, each costs something with every message.
         return self._node.create_publisher(
-            kind, topics.below_node(name, self.side), topics.PUBLISHER_QOS,
+            kind, topics.below_node(name), topics.PUBLISHER_QOS,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))

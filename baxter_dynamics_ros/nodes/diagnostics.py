@@ -1,9 +1,15 @@
-"""What goes on, and what is wrong and what to do: the diagnostics of one arm."""
+"""Diagnostics of the node: one small task per status, as with diagnostic_updater."""
+
+from collections.abc import Callable
+from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.node import Node
 
 from .arm_publisher import Arm
-from ..estimation.events import DROPPED, Event, NO_EFFORT, REMEDIES, RESETS
+from .message_loss import MessageLoss
+from .process import GuardedExecutor
+from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, REMEDIES, RESETS
 from ..model.arrays import Bools
 from ..model.joints import JOINTS
 
@@ -12,37 +18,49 @@ WARN = DiagnosticStatus.WARN
 ERROR = DiagnosticStatus.ERROR
 STALE = DiagnosticStatus.STALE
 
-STALE_AFTER = 1.0  # without a valid joint state of the arm [s]
-LONG_CONTACT = 30.0  # [s] after which a contact is taken for a load that the model lacks
-_LOCKS_WITHIN = 3.0  # [s] that re-timing may take to find a period
-_GRACE = 2.0  # [s] that the filter may take longer than it needs to settle
-_SAMPLES_PER_CYCLE = 4  # of the cut-off frequency, at the least
+STALE_AFTER = 1.0  # [s] without a valid joint state of the arm
+LONG_CONTACT = 30.0  # [s] of contact, which suggest a load that the model lacks
+_LOCKS_WITHIN = 3.0  # [s] that re-timing may need to find a period
+_GRACE = 2.0  # [s] that the filter may need beyond its settling time
+_SAMPLES_PER_CYCLE = 4  # minimum, of the cut-off frequency
 
-_INPUT_EVENTS = DROPPED + (Event.REPEATED_STAMP, Event.UNSTAMPED, Event.VELOCITY_MISSING)
+_TYPE = 'sensor_msgs/msg/JointState'
+_SHOWN = 6  # joint names in a message of a status
+
+_INPUT_EVENTS = DROPPED + NO_VELOCITY + (Event.POSITION_FROZEN, Event.REPEATED_STAMP,
+                                         Event.UNSTAMPED)
 _FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 
-# What a status says, beside the REMEDIES of events. docs/node.md explains each.
+# Messages of statuses, beside the REMEDIES of events. docs/node.md explains each.
 SAYS = {
     'input': 'joint states arrive on {topic}',
-    'no input': 'no joint states of the {side} arm on {topic}: is the bridge running, and is the '
-                'ROS domain the same?',
-    'other arm': 'no joint states of the {side} arm on {topic}: others arrive, so is the other '
-                 'arm meant (parameter arm)?',
-    'header': 'stamps are believed',
-    'retimed': 'stamps are times of arrival, and are re-timed',
-    'locking': 'stamps are times of arrival; their period is being found',
-    'never locks': 'stamps are times of arrival of no even period: do joint states come at one '
-                   'rate, from one publisher?',
-    'running': 'running',
-    'settling': 'settling',
+    'no publisher': '{topic} has no publisher',
+    'other type': '{topic} is published as {types}; this node needs sensor_msgs/msg/JointState',
+    'no messages': 'no joint states received from {count} publishers of {topic}',
+    'no names': 'joint states on {topic} have no joint names; looking for {wanted}',
+    'other names': 'joint states on {topic} name {seen}; looking for {wanted} (parameters arm and '
+                   'joint_prefix)',
+    'mismatch': '; {joint} moved {moved:.3f} rad in {duration:.1f} s by its position, '
+                '{integrated:.3f} rad by its velocity',
+    'lost': '; {lost} messages were lost before they reached the node',
+    'header': 'using header stamps',
+    'arrival': 'header stamps are times of arrival: re-timed',
+    'receipt': 'using the time of receipt, re-timed',
+    'locking': 'waiting for the period of the messages',
+    'never locks': 'messages have no even period: no predictions',
+    'running': 'acceleration filter is running',
+    'settling': 'acceleration filter is settling',
     'waiting': 'waiting for joint states',
-    'never settles': 'joint states arrive but the filter never settles: see input and resets',
-    'slow': 'under {needed:g} joint states a second are too few for acceleration.cutoff: lower '
-            'it, or raise the rate',
+    'never settles': 'joint states arrive but the acceleration filter never settles: see the '
+                     'status input and the counts of resets',
+    'slow': 'acceleration.cutoff needs at least {needed:g} joint states per second: lower the '
+            'cut-off or raise the rate',
     'effort': 'measured effort is valid',
-    'no measurement': 'nothing measured',
-    'residual': 'RMS of measured - predicted effort',
-    'no residual': 'no residual in the last period',
+    'no measurement': 'no measured effort: waiting for joint states',
+    'residual': 'RMS of measured minus predicted effort',
+    'no residual': 'no residual in the last second: see the statuses filter and effort',
+    'callbacks': 'all callbacks succeed',
+    'callback failed': 'a callback failed in the last second: {failure}',
     'beginning': 'the observer begins: external effort rises from zero, and nothing is contact '
                  'yet',
     'free': 'no contact',
@@ -55,124 +73,174 @@ SAYS = {
 }
 
 
-def report(place: str, topic: str, publishers: int, arm: Arm) -> list[DiagnosticStatus]:
+class Source(NamedTuple):
+    """What a task reports on."""
+
+    node: Node
+    topic: str  # of the joint states
+    arm: Arm
+    loss: MessageLoss
+
+
+def report(node: Node, topic: str, arm: Arm, loss: MessageLoss) -> list[DiagnosticStatus]:
     """
-    Return the diagnostic statuses of an arm.
+    Return the diagnostic statuses of a node.
 
     Parameters
     ----------
-    place : str
-        The node's name with its namespace, and the arm's side where it serves both; stands in
-        front of the statuses' names.
+    node : Node
+        The node; its full name precedes the names of the statuses.
     topic : str
-        Where the joint states come from.
-    publishers : int
-        How many publish there.
+        Topic of the joint states.
     arm : Arm
-        Whose; its statistics closed.
+        The node's arm, with statistics that are closed.
+    loss : MessageLoss
+        Messages lost on the topic.
 
     """
-    statuses = [_input(arm, topic, publishers), _stamps(arm), _filter(arm), _effort(arm),
-                _residual(arm), _external(arm)]
-    for status in statuses:
-        status.name = f'{place}: {status.name}'
-        status.hardware_id = f'baxter_{arm.predictor.stream.selector.side}_arm'
+    source = Source(node, topic, arm, loss)
+    statuses = []
+    for name, task in TASKS.items():
+        status = DiagnosticStatus(
+            name=f'{node.get_fully_qualified_name().lstrip("/")}: {name}',
+            hardware_id=f'baxter_{arm.predictor.stream.selector.side}_arm')
+        task(status, source)
+        statuses.append(status)
     return statuses
 
 
-def _input(arm: Arm, topic: str, publishers: int) -> DiagnosticStatus:
-    status = _status('input', OK, 'input', topic=topic)
+def _input(status: DiagnosticStatus, source: Source) -> None:
+    arm, topic = source.arm, source.topic
+    stream = arm.predictor.stream
+    types = sorted({publisher.topic_type for publisher in
+                    source.node.get_publishers_info_by_topic(topic)})
+    _summarize(status, OK, 'input', topic=topic)
     _warn_of(status, _INPUT_EVENTS, arm)
+    mismatch = stream.velocity_check.mismatch
+    if mismatch is not None and status.level == WARN:
+        status.message += SAYS['mismatch'].format(**mismatch._asdict())
+    lost = arm.statistics.lost_since(source.loss.lost)
+    if lost:
+        status.level = WARN
+        status.message += SAYS['lost'].format(lost=lost)
     if arm.age > STALE_AFTER:
         if status.level == OK:
-            what = 'other arm' if arm.statistics.since(Event.NOT_THIS_ARM) else 'no input'
-            status = _status('input', STALE, what, topic=topic,
-                             side=arm.predictor.stream.selector.side)
-        else:  # they arrive, and none can be used
+            _explain_silence(status, source, types)
+        else:  # messages arrive, and none can be used
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
     _add(status, 'age [s]', f'{arm.age:.3f}')
-    _add(status, 'publishers', publishers)
+    _add(status, 'publishers', source.node.count_publishers(topic))
+    _add(status, 'types seen', ', '.join(types) or 'none')
+    _add(status, 'joints looked for', ' '.join(stream.selector.names))
+    _add(status, 'other joints seen', _listed(stream.selector.other_names or ()) or 'none')
+    _add(status, 'lost', source.loss.lost)
     _add(status, 'received', arm.predictor.counts['received'])
     _add_counts(status, _INPUT_EVENTS, arm)
-    return status
 
 
-def _stamps(arm: Arm) -> DiagnosticStatus:
+def _explain_silence(status: DiagnosticStatus, source: Source, types: list[str]) -> None:
+    """Report what arrives instead of the arm's joint states."""
+    selector = source.arm.predictor.stream.selector
+    seen = selector.other_names if source.arm.statistics.since(Event.NOT_THIS_ARM) else None
+    if seen is not None:
+        what = 'other names' if seen else 'no names'
+    elif not types:
+        what = 'no publisher'
+    else:
+        what = 'no messages' if _TYPE in types else 'other type'
+    _summarize(status, STALE, what, topic=source.topic, types=', '.join(types),
+               count=source.node.count_publishers(source.topic), seen=_listed(seen or ()),
+               wanted=f'{selector.names[0]} ... {selector.names[-1]}')
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """Return some names from outside in printable form."""
+    shown = [''.join(c if c.isprintable() else ascii(c)[1:-1] for c in name[:40])
+             for name in names[:_SHOWN]]
+    more = len(names) - len(shown)
+    return ', '.join(shown) + (f' and {more} more' if more > 0 else '')
+
+
+def _stamps(status: DiagnosticStatus, source: Source) -> None:
+    arm = source.arm
     clock = arm.predictor.stream.clock
     if arm.age > STALE_AFTER:
-        status = _status('stamps', STALE, 'waiting')
-    elif not clock.retimed:
-        status = _status('stamps', OK, 'header')
-    elif clock.period:
-        status = _status('stamps', OK, 'retimed')
+        _summarize(status, STALE, 'waiting')
+    elif not clock.retimed or clock.period:
+        _summarize(status, OK, clock.source)
+    elif arm.statistics.dry > _LOCKS_WITHIN:
+        _summarize(status, WARN, 'never locks')
     else:
-        status = (_status('stamps', WARN, 'never locks') if arm.statistics.dry > _LOCKS_WITHIN
-                  else _status('stamps', OK, 'locking'))
+        _summarize(status, OK, 'locking')
+    _add(status, 'source', clock.source)
     _add(status, 're-timed', clock.retimed)
+    if arm.predictor.latest is not None:
+        _add(status, 'newest stamp [s]', f'{arm.predictor.latest.stamp_ns * 1e-9:.3f}')
     if clock.retimed and clock.period:
         _add(status, 'period [s]', f'{clock.period:.6f}')
         _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')
+    _add(status, Event.AWAITING_PERIOD.value, arm.predictor.counts[Event.AWAITING_PERIOD])
     _add(status, 'delay of predictions [s]', f'{arm.predictor.delay:.4f}')
     _add(status, 'delay of external effort [s]', f'{arm.predictor.estimator.velocity_lag:.4f}')
-    return status
 
 
-def _filter(arm: Arm) -> DiagnosticStatus:
+def _filter(status: DiagnosticStatus, source: Source) -> None:
+    arm = source.arm
     predictor, statistics = arm.predictor, arm.statistics
     if arm.age > STALE_AFTER:
-        state, status = 'waiting', _status('filter', STALE, 'waiting')
-    elif statistics.since('predicted'):
-        state, status = 'running', _status('filter', OK, 'running')
+        state = 'waiting'
+        _summarize(status, STALE, state)
     else:
-        state = 'settling'
-        long = statistics.dry > predictor.estimator.settling_time + _GRACE
-        status = (_status('filter', WARN, 'never settles') if long
-                  else _status('filter', OK, 'settling'))
+        state = 'running' if statistics.since('predicted') else 'settling'
+        _summarize(status, OK, state)
+    if statistics.dry > predictor.estimator.settling_time + _GRACE:
+        _summarize(status, WARN, 'never settles')
     needed = _SAMPLES_PER_CYCLE * predictor.estimator.cutoff
     if 0.0 < statistics.highest_rate < needed:
-        status = _status('filter', WARN, 'slow', needed=needed)
+        _summarize(status, WARN, 'slow', needed=needed)
     _warn_of(status, _FILTER_EVENTS, arm)
     _add(status, 'state', state)
     _add(status, 'settling time [s]', f'{predictor.estimator.settling_time:.3f}')
     _add(status, 'predicted', predictor.counts['predicted'])
     _add_counts(status, _FILTER_EVENTS, arm)
-    return status
 
 
-def _effort(arm: Arm) -> DiagnosticStatus:
-    status = _status('effort', OK, 'effort')
+def _effort(status: DiagnosticStatus, source: Source) -> None:
+    arm = source.arm
+    _summarize(status, OK, 'effort')
     _warn_of(status, NO_EFFORT, arm)
     valid = str(status.level == OK)
     if arm.age > STALE_AFTER:
-        status, valid = _status('effort', STALE, 'no measurement'), 'unknown'
+        valid = 'unknown'
+        _summarize(status, STALE, 'no measurement')
     _add(status, 'valid', valid)
     _add_counts(status, NO_EFFORT, arm)
-    return status
 
 
-def _residual(arm: Arm) -> DiagnosticStatus:
+def _residual(status: DiagnosticStatus, source: Source) -> None:
+    arm = source.arm
     rms = arm.statistics.residual_rms
-    status = _status('residual', STALE if arm.age > STALE_AFTER else OK,
-                     'no residual' if rms is None else 'residual')
+    _summarize(status, STALE if arm.age > STALE_AFTER else OK,
+               'no residual' if rms is None else 'residual')
     for i, joint in enumerate(JOINTS):
         _add(status, f'{joint} RMS [N m]', 'none' if rms is None else f'{rms[i]:.3f}')
-    return status
 
 
-def _external(arm: Arm) -> DiagnosticStatus:
+def _external(status: DiagnosticStatus, source: Source) -> None:
+    arm = source.arm
     detector = arm.external.detector
     joints = _named(detector.joints)
     if arm.age > STALE_AFTER or not arm.statistics.since('external'):
-        status = _status('external', STALE, 'no external')
+        _summarize(status, STALE, 'no external')
     elif detector.in_contact and detector.duration > LONG_CONTACT:
-        status = _status('external', WARN, 'long contact', joints=joints)
+        _summarize(status, WARN, 'long contact', joints=joints)
     elif detector.in_contact:
-        status = _status('external', OK, 'contact', joints=joints)
+        _summarize(status, OK, 'contact', joints=joints)
     elif detector.is_settling:
-        status = _status('external', OK, 'beginning')
+        _summarize(status, OK, 'beginning')
     else:
-        status = _status('external', OK, 'free' if detector.has_learnt else 'learning')
+        _summarize(status, OK, 'free' if detector.has_learnt else 'learning')
     if arm.statistics.was_withheld:
         status.message += SAYS['withheld']
     _add(status, 'contact', detector.in_contact)
@@ -187,19 +255,35 @@ def _external(arm: Arm) -> DiagnosticStatus:
                          ('threshold', detector.threshold)):
         for joint, value in zip(JOINTS, values):
             _add(status, f'{joint} {name} [N m]', f'{value:.3f}')
-    return status
+
+
+def _callbacks(status: DiagnosticStatus, source: Source) -> None:
+    executor, statistics = source.node.executor, source.arm.statistics
+    failures, last = ((executor.failures, executor.last_failure)
+                      if isinstance(executor, GuardedExecutor) else (0, ''))
+    _summarize(status, OK, 'callbacks')
+    if statistics.failures_since(failures):
+        _summarize(status, WARN, 'callback failed', failure=last)
+    _add(status, 'failed', failures)
+    _add(status, 'last failure', last or 'none')
+
+
+TASKS: dict[str, Callable[[DiagnosticStatus, Source], None]] = {
+    'input': _input, 'stamps': _stamps, 'filter': _filter, 'effort': _effort,
+    'residual': _residual, 'external': _external, 'callbacks': _callbacks}
 
 
 def _named(joints: Bools) -> str:
     return ', '.join(joint for joint, is_one in zip(JOINTS, joints) if is_one)
 
 
-def _status(name: str, level: bytes, what: str, **details: object) -> DiagnosticStatus:
-    return DiagnosticStatus(name=name, level=level, message=SAYS[what].format(**details))
+def _summarize(status: DiagnosticStatus, level: bytes, what: str, **details: object) -> None:
+    """Set the level of a status and one of the messages above."""
+    status.level, status.message = level, SAYS[what].format(**details)
 
 
 def _warn_of(status: DiagnosticStatus, events: tuple[Event, ...], arm: Arm) -> None:
-    """Raise the status to WARN, and say why, if any of the events occurred in the period."""
+    """Set WARN, with the remedies, if any of the events occurred in the last period."""
     reasons = [REMEDIES[event] for event in events
                if event in REMEDIES and arm.statistics.since(event)]
     if reasons:

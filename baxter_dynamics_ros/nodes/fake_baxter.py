@@ -1,39 +1,54 @@
-"""The node that plays a Baxter: publishes joint states as the real robot does."""
+"""The node fake_baxter: a simulated robot that publishes joint states as a real one."""
 
-from collections.abc import Iterable, Sequence
+from dataclasses import replace
 import sys
 from typing import Any
 
 import numpy as np
-from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
-                                SetParametersResult)
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 from . import topics
 from .messages import from_field, joint_state
 from .process import run
-from .ros_parameters import refuse_misspelt
+from .ros_parameters import ParameterNode
 from ..estimation.events import Event
 from ..estimation.joint_selection import JointSelector
-from ..estimation.settings import SETTINGS
+from ..estimation.settings import Setting, SETTINGS
 from ..model.arrays import Array
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
 from ..model.joints import N_JOINTS, SIDES
 from ..model.parameters import Payload
-from ..model.validation import finite
 
 _LOG_PERIOD = 1.0  # [s] between two lines about refused commands
 _MAX_BEHIND = 0.5  # [s]; further behind, the robot skips time instead of catching up
-# What may push the moving arm while it runs: length, greatest size, unit, and what it is.
-_PUSHES = {'force': (3, 200.0, 'N', "Force on the moving hand, axes of the robot's base"),
-           'torque': (N_JOINTS, 50.0, 'N m', 'External torque on the joints, s0 ... w2')}
 _PHYSICS = ('payload.mass', 'payload.center_of_mass', 'gravity')  # named as the predictor's
+# External loads on the moving arm, which can change while the node runs.
+_LOADS = (
+    Setting('force', (0.0,) * 3, "Force on the moving hand, axes of the robot's base.", 'N',
+            -200.0, 200.0),
+    Setting('torque', (0.0,) * N_JOINTS, 'External torque on the joints, s0 ... w2.', 'N m',
+            -50.0, 50.0))
 
 
-class FakeBaxterNode(Node):
-    """Play a Baxter: publish joint states as the real robot does, and obey torque commands."""
+def _settings(trajectories: tuple[str, ...]) -> tuple[Setting, ...]:
+    fixed = (
+        Setting('arm', 'right', 'The arm that moves.', choices=SIDES),
+        Setting('trajectory', 'circle', "circle, switch, lift: the paper's 3(a) to (c). "
+                'exciting: 60 s for a calibration. hold: stay where the circle begins. '
+                'poses: rest in three postures in turn.', choices=trajectories),
+        Setting('spring', True, 'Whether the robot has springs at s1.'),
+        Setting('friction', True, 'Whether the joints have friction.'),
+        Setting('noise', True, 'Whether the sensors have noise and quanta.'),
+        Setting('seed', 0, 'Seed of the noise.', lower=0, upper=2 ** 31 - 1),
+        Setting('description', '', "Path of a Baxter's URDF; empty: that of hpp-baxter."),
+        Setting('rate', 100.0, 'Rate of the joint states; stamps are of whole milliseconds.',
+                'Hz', 1.0, 1000.0),
+        *(setting for setting in SETTINGS if setting.name in _PHYSICS))
+    return (*(replace(setting, read_only=True) for setting in fixed), *_LOADS)
+
+
+class FakeBaxterNode(ParameterNode):
+    """Publishes joint states as a Baxter does, and obeys torque commands."""
 
     def __init__(self) -> None:
         super().__init__('fake_baxter')
@@ -43,41 +58,16 @@ class FakeBaxterNode(Node):
         except ImportError as error:
             raise BaxterDynamicsError(
                 f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
-        self._fixed('arm', 'right', 'The arm that moves: right or left.', SIDES)
-        self._fixed('trajectory', 'circle', "circle, switch, lift: the paper's 3(a) to (c). "
-                    'exciting: 60 s for a calibration. hold: stay where the circle begins. '
-                    'poses: rest in three postures by turns.', robot.TRAJECTORIES)
-        self._fixed('spring', True, 'Whether the robot has springs at s1.')
-        self._fixed('friction', True, 'Whether the joints have friction.')
-        self._fixed('noise', True, 'Whether the sensors have noise and quanta.')
-        self.declare_parameter('seed', 0, ParameterDescriptor(
-            description='Of the noise.', read_only=True,
-            integer_range=[IntegerRange(from_value=0, to_value=2 ** 31 - 1, step=1)]))
-        self._fixed('description', '', "Path of a Baxter's URDF; empty: that of hpp-baxter.")
-        rate = self.declare_parameter('rate', 100.0, ParameterDescriptor(
-            description='Rate of the joint states [Hz]; each is of the nearest millisecond.',
-            read_only=True,
-            floating_point_range=[FloatingPointRange(from_value=1.0, to_value=1000.0)])).value
-        for name, (length, most, unit, description) in _PUSHES.items():
-            self.declare_parameter(name, [0.0] * length, ParameterDescriptor(
-                description=f'{description} [{unit}].',
-                additional_constraints=f'{length} numbers from {-most:g} to {most:g}'))
-        load = {name: self._physics(name) for name in _PHYSICS}
-        value = {name: self.get_parameter(name).value for name in (
-            'arm', 'trajectory', 'spring', 'friction', 'noise', 'seed', 'description',
-            *_PUSHES)}
+        given = self.declare_settings(_settings(robot.TRAJECTORIES))
         self._baxter = robot.FakeBaxter(
-            value['arm'], value['trajectory'], value['description'] or None, value['spring'],
-            value['friction'], value['noise'], value['seed'],
-            payload=Payload(load['payload.mass'], load['payload.center_of_mass']),
-            gravity=load['gravity'])
-        for name in _PUSHES:
-            setattr(self._baxter, name, _push(name, value[name]))
-        refuse_misspelt(self)
-        self.add_on_set_parameters_callback(_verdict)
-        self.add_post_set_parameters_callback(self._on_parameters_set)
+            given['arm'], given['trajectory'], given['description'] or None, given['spring'],
+            given['friction'], given['noise'], given['seed'],
+            payload=Payload(given['payload.mass'], given['payload.center_of_mass']),
+            gravity=given['gravity'])
+        self.apply(given)
+        self.accept_changes()
 
-        self._selector = JointSelector(value['arm'])
+        self._selector = JointSelector(given['arm'])
         self._refused = 0  # torque commands
         self._was_commanded = False
         self.create_subscription(
@@ -85,27 +75,37 @@ class FakeBaxterNode(Node):
             topics.SUBSCRIPTION_QOS)
         self._publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
-        self._states = JointStates(self._baxter, rate, value['seed'],
+        self._states = JointStates(self._baxter, given['rate'], given['seed'],
                                    self.get_clock().now().nanoseconds)
-        self.create_timer(min(1.0 / rate, 1.0 / robot.GRIPPER_RATE), self._on_timer)
+        self.create_timer(min(1.0 / given['rate'], 1.0 / robot.GRIPPER_RATE), self._on_timer)
         self.get_logger().info(
-            f'a Baxter\'s {value["arm"]} arm runs the trajectory {value["trajectory"]}, '
-            f'{rate:g} joint states a second on {self._publisher.topic_name}')
+            f'simulating a Baxter whose {given["arm"]} arm runs the trajectory '
+            f'{given["trajectory"]}, {given["rate"]:g} joint states per second on '
+            f'{self._publisher.topic_name}; parameters given: {self.given()}')
+
+    def apply(self, built: dict[str, Any]) -> None:
+        """Set the external loads."""
+        for setting in _LOADS:
+            load = np.array(built[setting.name])
+            if not np.array_equal(load, getattr(self._baxter, setting.name)):
+                setattr(self._baxter, setting.name, load)
+                self.get_logger().info(f'{setting.name}: {load.tolist()} {setting.unit}')
 
     def _on_timer(self) -> None:
         now = self.get_clock().now().nanoseconds
         behind = (now - self._states.due_ns) * 1e-9
-        if behind > _MAX_BEHIND:  # the robot's time stands still meanwhile
-            self.get_logger().warning(f'{behind:.2f} s behind: this machine is too slow or was '
-                                      "stopped; the robot's clock skips")
+        if abs(behind) > _MAX_BEHIND:  # the robot's time stands still meanwhile
+            self.get_logger().warning(
+                f'{abs(behind):.2f} s {"behind" if behind > 0.0 else "ahead of"} the clock: this '
+                'machine is too slow or was stopped, or the clock was set; continuing from now')
             self._states.start_ns += int(behind * 1e9)
         while self._states.due_ns <= now:  # a stamp lies in the past
             stamp, names, *fields = next(self._states)
             self._publisher.publish(joint_state(names, stamp, *fields))
-        self._log_who_is_in_command()
+        self._log_command_source()
 
     def _on_command(self, message: JointState) -> None:
-        """Obey a torque command; refuse one that is not wholly good."""
+        """Obey a torque command, or refuse it as a whole."""
         try:
             self._baxter.command(self._torque(message))
         except ArgumentError as error:
@@ -125,56 +125,12 @@ class FakeBaxterNode(Node):
                                 f'got {len(message.effort)}')
         return from_field(message.effort)[layout]
 
-    def _log_who_is_in_command(self) -> None:
+    def _log_command_source(self) -> None:
         if self._baxter.is_commanded is not self._was_commanded:
             self._was_commanded = self._baxter.is_commanded
             self.get_logger().info(
-                'torque commands: the motors supply them and nothing else' if self._was_commanded
-                else 'no torque command is obeyed now: the arm is held where it is')
-
-    def _on_parameters_set(self, changes: list[Parameter]) -> None:
-        for parameter in changes:
-            if parameter.name in _PUSHES:
-                push = _push(parameter.name, parameter.value)
-                setattr(self._baxter, parameter.name, push)
-                self.get_logger().info(
-                    f'{parameter.name}: {push.tolist()} {_PUSHES[parameter.name][2]}')
-
-    def _physics(self, name: str) -> Any:
-        """Declare what the predictor has a setting for too, and return its value."""
-        setting = next(setting for setting in SETTINGS if setting.name == name)
-        default = setting.default
-        value = self.declare_parameter(
-            name, list(default) if isinstance(default, tuple) else default,
-            ParameterDescriptor(description=f'{setting.description} [{setting.unit}]',
-                                read_only=True)).value
-        return setting.check(list(value) if isinstance(default, tuple) else value)
-
-    def _fixed(self, name: str, default: Any, description: str,
-               choices: Sequence[str] = ()) -> None:
-        """Declare a parameter that is fixed when the node starts."""
-        value = self.declare_parameter(
-            name, default, ParameterDescriptor(description=description, read_only=True)).value
-        if choices and value not in choices:
-            raise ArgumentError(name, f'expected one of {", ".join(choices)}, got {value!r}')
-
-
-def _push(name: str, value: Iterable[float]) -> Array:
-    length, most, unit, _ = _PUSHES[name]
-    push = finite(name, list(value), (length,))
-    if np.abs(push).max() > most:
-        raise ArgumentError(name, f'expected at most {most:g} {unit}, got {push}')
-    return push
-
-
-def _verdict(changes: list[Parameter]) -> SetParametersResult:
-    for parameter in changes:
-        if parameter.name in _PUSHES:
-            try:
-                _push(parameter.name, parameter.value)
-            except ArgumentError as error:
-                return SetParametersResult(successful=False, reason=str(error))
-    return SetParametersResult(successful=True)
+                'torque commands arrive: the motors supply them and nothing else'
+                if self._was_commanded else 'torque commands ended: the arm is held where it is')
 
 
 def main(args: list[str] | None = None) -> int:

@@ -39,6 +39,8 @@ class PeriodStatistics:
         self.dry = 0.0
         self.withheld = 0
         self.unexplained: float | None = None
+        self._lost = 0
+        self._failures = 0
         self.begin()
 
     def begin(self) -> None:
@@ -70,6 +72,16 @@ class PeriodStatistics:
         """Take a wrench, or None where it is withheld."""
         self.withheld += wrench is None
         self.unexplained = None if wrench is None else wrench.unexplained
+
+    def failures_since(self, failures: int) -> int:
+        """Return how many of all ``failures`` are new since the last call."""
+        new, self._failures = failures - self._failures, failures
+        return new
+
+    def lost_since(self, lost: int) -> int:
+        """Return how many of all ``lost`` messages are new since the last call."""
+        new, self._lost = lost - self._lost, lost
+        return new
 
     def since(self, event: Event | str) -> int:
         """Return how often an event occurred in the period that was closed last."""

@@ -1,7 +1,9 @@
-"""The predictor's settings as ROS parameters: declared from their table, validated when set."""
+"""Settings as ROS parameters of a node: declared from a table, refused with a reason."""
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 import math
+import time
 from typing import Any
 
 from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
@@ -10,148 +12,154 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..estimation.arms import BOTH, named_settings, per_arm
-from ..estimation.settings import PredictorSettings, Setting, SETTINGS
+from .rclpy_internals import given_parameters
+from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
-from ..model.joints import SIDES
 
 NO_SUCH = 'no such parameter'
+_PER_SECOND = 200  # parameters set or refused; more would delay joint states
 
 
-class Parameters:
+class ParameterNode(Node):
     """
-    The parameters' values, and what they say of each arm.
+    Node whose parameters are declared from a table of settings.
+
+    A subclass overrides ``build`` and ``apply``. Values are validated together, at the start and
+    whenever some are set; a refusal names the parameter and the reason.
 
     Parameters
     ----------
-    values : dict
-        Parameter name to value.
+    name : str
+        Name of the node.
 
     Attributes
     ----------
-    settings : dict
-        Side to :class:`PredictorSettings`, warmed up.
-
-    Raises
-    ------
-    ArgumentError
-        If a value is refused.
+    values : dict
+        Parameter name to current value.
 
     """
 
-    def __init__(self, values: dict[str, Any]) -> None:
-        self._values = values
-        # Changes, and the parameters with them.
-        self._verdict_on: list[Parameter] | None = None
-        self._next: Parameters | None = None
-        self._named = named_settings(values['arm'])
-        self.settings = per_arm(values)
-        for settings in self.settings.values():
-            settings.warm_up()
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.values: dict[str, Any] = {}
+        self._settings: dict[str, Setting] = {}
+        self._second, self._requested = time.monotonic(), 0
+        self._accepted: Any = None  # what build() returned of the values accepted last
 
-    @classmethod
-    def declare(cls, node: Node) -> 'Parameters':
+    def build(self, values: dict[str, Any]) -> Any:
+        """Return what ``apply`` takes; raise ArgumentError if values do not fit together."""
+        return values
+
+    def apply(self, built: Any) -> None:
+        """Use changed values: what ``build`` returned of them."""
+
+    def declare_settings(self, settings: Iterable[Setting]) -> Any:
         """
-        Declare all settings as parameters of the node and return what they were given.
+        Declare settings as parameters, and return what ``build`` makes of the values given.
 
         Raises
         ------
         ArgumentError
-            If a given value is refused.
+            If a given value is refused, or a given name is a misspelt parameter.
 
         """
-        arm = next(setting for setting in SETTINGS if setting.name == 'arm')
-        values = {'arm': _declare(node, 'arm', arm)}
-        for name, setting in named_settings(values['arm']).items():
-            if name != 'arm':
-                values[name] = _declare(node, name, setting)
-        # A tilted base takes other functions: compiled now, where numba has to, not in mid-stream.
-        for roll in (0.0, 0.1):
-            PredictorSettings({'base.roll': roll}).warm_up()
-        return cls(values)
+        for setting in settings:
+            self._settings[setting.name] = setting
+            self.values[setting.name] = _declare(self, setting)
+        self._accepted = self.build(self.values)
+        return self._accepted
 
-    def proposed(self, changes: list[Parameter]) -> 'Parameters':
+    def accept_changes(self) -> None:
         """
-        Return the parameters as they would be with ``changes``, ROS parameters, set.
+        Let parameters be set from now on; call this once all parameters are declared.
 
         Raises
         ------
         ArgumentError
-            If a value is refused.
+            If a given name is a misspelt parameter. Others that the node lacks are logged: they
+            may be another node's, in a file for both.
 
         """
-        # rclpy hands over the same list to both its callbacks.
-        if self._next is not None and changes is self._verdict_on:
-            return self._next
-        return Parameters({**self._values, **{
-            parameter.name: parameter.value for parameter in changes
-            if parameter.name in self._values}})
+        for name in given_parameters(self):
+            if not self.has_parameter(name):
+                problem = self._no_such(name)
+                if problem != NO_SUCH:
+                    raise ArgumentError(name, problem)
+                self.get_logger().warning(f'parameter {name} is given, but this node has none')
+        self.add_on_set_parameters_callback(self._on_set)
+        self.add_post_set_parameters_callback(self._on_post_set)
 
-    def refuse_other_types(self, changes: list[Parameter]) -> None:
-        """
-        Refuse ``changes``, ROS parameters, to another type: rclpy would not say which it refuses.
+    def given(self) -> str:
+        """Return the names of the settings given at the start, for the log."""
+        names = [name for name in given_parameters(self) if name in self._settings]
+        return ', '.join(names) or 'none'
 
-        Raises
-        ------
-        ArgumentError
-            If one has another type than its setting.
-
-        """
-        for parameter in changes:
-            setting = self._named.get(parameter.name)
-            if setting and parameter.type_ is not Parameter.Type.from_parameter_value(
-                    _value(setting)):
-                raise ArgumentError(parameter.name, f'expected {_type(setting)}')
-
-    def verdict(self, changes: list[Parameter]) -> SetParametersResult:
-        """Say whether ``changes``, ROS parameters, may be set."""
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters as rclpy does, but name the parameter that is refused and the reason."""
+        if time.monotonic() - self._second > 1.0:
+            self._second, self._requested = time.monotonic(), 0
+        self._requested += len(parameter_list)
+        if self._requested > _PER_SECOND:
+            return SetParametersResult(successful=False, reason=(
+                f'too many parameters: at most {_PER_SECOND} are set per second'))
         try:
-            self._next = self.proposed(changes)
-            self._verdict_on = changes
+            for parameter in parameter_list:
+                self._refuse(parameter)
+        except ArgumentError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return super().set_parameters_atomically(parameter_list)
+
+    def _refuse(self, parameter: Parameter) -> None:
+        """Raise ArgumentError if a parameter cannot be set to such a value at all."""
+        if not self.has_parameter(parameter.name):
+            raise ArgumentError(parameter.name, self._no_such(parameter.name))
+        setting = self._settings.get(parameter.name)
+        if setting is None:
+            return
+        if setting.read_only:
+            raise ArgumentError(setting.name, 'is fixed when the node starts')
+        if parameter.type_ is not Parameter.Type.from_parameter_value(_value(setting)):
+            raise _wrong_type(setting, parameter.value)
+        setting.check(parameter.value)
+
+    def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
+        try:
+            self._accepted = self.build(self._changed(changes))
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
+    def _on_post_set(self, changes: list[Parameter]) -> None:
+        self.values = self._changed(changes)
+        self.apply(self._accepted)
 
-def refuse_misspelt(node: Node) -> None:
-    """
-    Refuse parameters given to the node that are nearly the name of one of its own.
+    def _changed(self, changes: list[Parameter]) -> dict[str, Any]:
+        return {**self.values, **{parameter.name: parameter.value for parameter in changes
+                                  if parameter.name in self.values}}
 
-    Others that it does not have may be another node's, in a file for both: these are logged.
-
-    Raises
-    ------
-    ArgumentError
-        If there is a misspelt one.
-
-    """
-    for name in getattr(node, '_parameter_overrides', {}):  # rclpy has no public way to ask
-        if not node.has_parameter(name):
-            problem = no_such(node, name)
-            if problem != NO_SUCH:
-                raise ArgumentError(name, problem)
-            node.get_logger().warning(f'parameter {name} is given, but there is none')
+    def _no_such(self, name: str) -> str:
+        meant = get_close_matches(name, self.list_parameters([], 0).names, 1, 0.75)
+        return f'{NO_SUCH}; is {meant[0]} meant?' if meant else NO_SUCH
 
 
-def no_such(node: Node, name: str) -> str:
-    """Return what to say of a parameter that the node does not have."""
-    known = node.list_parameters([], 0).names
-    of_each = [f'{side}.{name}' for side in SIDES]
-    meant = of_each if of_each[0] in known else get_close_matches(name, known, 1, 0.75)
-    return f'{NO_SUCH}; is {" or ".join(meant)} meant?' if meant else NO_SUCH
-
-
-def _declare(node: Node, name: str, setting: Setting) -> Any:
+def _declare(node: Node, setting: Setting) -> Any:
+    given = given_parameters(node).get(setting.name)
     try:
-        value = node.declare_parameter(name, _value(setting), _descriptor(setting)).value
+        value = node.declare_parameter(
+            setting.name, _value(setting), _descriptor(setting)).value
     except InvalidParameterTypeException:
-        value = None
+        raise _wrong_type(setting, given) from None
     except InvalidParameterValueException:
-        raise ArgumentError(
-            name, f'expected a value in [{setting.lower:g}, {setting.upper:g}]') from None
+        value = given  # which the check refuses, with its unit
     if value is None:  # an empty list, too
-        raise ArgumentError(name, f'expected {_type(setting)}')
+        raise _wrong_type(setting, 'nothing')
+    setting.check(value)
     return value
+
+
+def _wrong_type(setting: Setting, value: Any) -> ArgumentError:
+    shown = value if isinstance(value, str) else repr(value)
+    return ArgumentError(setting.name, f'expected {_type(setting)}, got {shown:.80}')
 
 
 def _value(setting: Setting) -> Any:
@@ -166,7 +174,7 @@ def _descriptor(setting: Setting) -> ParameterDescriptor:
     constraints = []
     default = setting.default
     if setting.choices:
-        constraints.append('one of ' + ', '.join(_choices(setting)))
+        constraints.append('one of ' + ', '.join(setting.choices))
     if isinstance(default, tuple):
         constraints.append(f'{len(default)} numbers')
     if math.isfinite(setting.lower):
@@ -186,14 +194,9 @@ def _type(setting: Setting) -> str:
     if isinstance(default, bool):
         return 'true or false'
     if isinstance(default, str):
-        return 'one of ' + ', '.join(_choices(setting)) if setting.choices else 'text'
+        return 'one of ' + ', '.join(setting.choices) if setting.choices else 'text'
     if isinstance(default, int):
         return 'a whole number, such as 2'
     if isinstance(default, tuple):
         return f'a list of {len(default)} numbers with decimal points, such as [1.0, ...]'
     return 'a number with a decimal point, such as 1.0'
-
-
-def _choices(setting: Setting) -> tuple[str, ...]:
-    """Return what may be chosen: the node knows both arms, a stream one."""
-    return (*setting.choices, BOTH) if setting.name == 'arm' else setting.choices

@@ -6,7 +6,7 @@ JOINT_STATES = '/robot/joint_states'
 DIAGNOSTICS = '/diagnostics'
 RESET = '~/reset'
 
-# Of one arm; below its side where one process serves both.
+# Below the node.
 PREDICTED_EFFORT = 'predicted_effort'
 EFFORT_RESIDUAL = 'effort_residual'
 EXTERNAL_EFFORT = 'external_effort'
@@ -27,6 +27,6 @@ SUBSCRIPTION_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFF
 PUBLISHER_QOS = QoSProfile(depth=100)
 
 
-def below_node(name: str, side: str = '') -> str:
-    """Return a name of one arm in the node's own namespace; side is empty for an only arm."""
-    return '/'.join(part for part in ('~', side, name) if part)
+def below_node(name: str) -> str:
+    """Return a name in the node's own namespace."""
+    return f'~/{name}'

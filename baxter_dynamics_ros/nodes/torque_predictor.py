@@ -1,13 +1,12 @@
-"""The node: predicts arms' efforts from joint states, and tells what differs and what pushes."""
+"""The node torque_predictor: predicted effort, residual and external torque of one arm."""
 
 import sys
 import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.parameter import Parameter
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -15,120 +14,104 @@ from std_srvs.srv import Trigger
 from . import topics
 from .arm_publisher import Arm
 from .diagnostics import report
+from .message_loss import MessageLoss
 from .messages import from_field, stamp_ns
 from .process import run
-from .ros_parameters import no_such, Parameters, refuse_misspelt
-from ..model.exceptions import ArgumentError
+from .rclpy_internals import take_waiting
+from .ros_parameters import ParameterNode
+from ..estimation.settings import PredictorSettings, SETTINGS
 
 _DIAGNOSTICS_PERIOD = 1.0  # [s]
 _AT_ONCE = 30  # joint states; then others have their turn
 
 
-class TorquePredictor(Node):
-    """Predict the effort of Baxter's arms from joint states; publish what differs, what pushes."""
+class TorquePredictor(ParameterNode):
+    """Predicts the effort of one of Baxter's arms and estimates the external torque on it."""
 
     def __init__(self) -> None:
         super().__init__('torque_predictor')
-        self._given = Parameters.declare(self)
-        settings = self._given.settings
-        only = len(settings) == 1
-        self._arms = {side: Arm(self, its, '' if only else side) for side, its in settings.items()}
+        self._arm = Arm(self, self.declare_settings(SETTINGS))
+        self._loss = MessageLoss()
         self._last_report = time.monotonic()
-        # Status name -> (level, message), to log changes.
-        self._reported: dict[str, tuple[bytes, str]] = {}
+        # Name of a status -> (level, message) that was logged last.
+        self._logged: dict[str, tuple[bytes, str]] = {}
         self._diagnostics = self.create_publisher(
             DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
         self.create_service(Trigger, topics.RESET, self._on_reset)
         self._offer_services()
         self._subscription = self.create_subscription(
             JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,
+            event_callbacks=SubscriptionEventCallbacks(
+                matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         # Diagnostics go on when simulated time stands still.
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
-        refuse_misspelt(self)
-        self.add_on_set_parameters_callback(
-            lambda changes: self._given.verdict(changes))
-        self.add_post_set_parameters_callback(self._on_parameters_set)
-        for arm in self._arms.values():
-            names = arm.predictor.stream.selector.names
-            self.get_logger().info(
-                f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
-                f'{arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state')
+        self.accept_changes()
+        names = self._arm.predictor.stream.selector.names
+        self.get_logger().info(
+            f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
+            f'{self._arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state; '
+            f'parameters given: {self.given()}')
 
-    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set parameters as rclpy does, but say which one is refused."""
-        try:
-            for parameter in parameter_list:
-                if not self.has_parameter(parameter.name):
-                    raise ArgumentError(parameter.name, no_such(self, parameter.name))
-            self._given.refuse_other_types(parameter_list)
-        except ArgumentError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return super().set_parameters_atomically(parameter_list)
+    def build(self, values: dict[str, Any]) -> PredictorSettings:
+        """Return the predictor's settings."""
+        return PredictorSettings(values).warm_up()
 
-    def _on_joint_state(self, message: JointState) -> None:
-        """Take a joint state, and those that wait behind it: rclpy would take one a round."""
-        self._take(message)
-        for _ in range(_AT_ONCE):
-            waiting = self._subscription.handle.take_message(JointState, False)
-            if waiting is None:
-                break
-            self._take(waiting[0])
+    def apply(self, built: PredictorSettings) -> None:
+        """Change the predictor's settings in mid-stream."""
+        self._arm.configure(built)
 
-    def _take(self, message: JointState) -> None:
-        stamp = stamp_ns(message.header)
-        stamped = stamp != 0
-        if not stamped:
-            stamp = self.get_clock().now().nanoseconds
-        fields = (message.name, from_field(message.position), from_field(message.velocity),
-                  from_field(message.effort))
-        for arm in self._arms.values():
-            arm.take(stamp, stamped, *fields)
+    def _on_joint_state(self, message: JointState, info: dict[str, Any]) -> None:
+        """Process a joint state, and those that wait behind it."""
+        self._take(message, info)
+        for waiting in take_waiting(self._subscription, _AT_ONCE):
+            self._take(*waiting)
+
+    def _take(self, message: JointState, info: dict[str, Any]) -> None:
+        self._loss.received(info.get('publication_sequence_number'))
+        clock = self.get_clock()
+        # The middleware's time of receipt does not depend on how long a message was queued.
+        received_ns = (clock.now().nanoseconds if clock.ros_time_is_active
+                       else info['received_timestamp'])
+        self._arm.take(stamp_ns(message.header), message.name, from_field(message.position),
+                       from_field(message.velocity), from_field(message.effort), received_ns)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        predictors = [arm.predictor for arm in self._arms.values()]
-        retimed = any(predictor.stream.clock.retimed for predictor in predictors)
-        for predictor in predictors:
-            predictor.reset()
+        predictor = self._arm.predictor
+        retimed = predictor.stream.clock.retimed
+        predictor.reset()
         response.success = True
-        response.message = ('filter state and what free motion is like are forgotten: predictions '
-                            f'return after {predictors[0].estimator.settling_time:.2f} s'
+        response.message = ('filter and contact detector are reset: predictions return after '
+                            f'{predictor.estimator.settling_time:.2f} s'
                             + ', once the period of the stamps is found again' * retimed)
         return response
-
-    def _on_parameters_set(self, changes: list[Parameter]) -> None:
-        self._given = self._given.proposed(changes)
-        for side, settings in self._given.settings.items():
-            self._arms[side].configure(settings)
 
     def _on_diagnostics(self) -> None:
         now = time.monotonic()
         period = now - self._last_report
         self._last_report = now
-        name, topic = self.get_fully_qualified_name().lstrip('/'), self._subscription.topic_name
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
-        for arm in self._arms.values():
-            arm.statistics.close(arm.predictor.counts, period)
-            message.status += report('/'.join(filter(None, (name, arm.side))), topic,
-                                     self.count_publishers(topic), arm)
-            arm.statistics.begin()
+        self._arm.statistics.close(self._arm.predictor.counts, period)
+        message.status = report(self, self._subscription.topic_name, self._arm, self._loss)
+        self._arm.statistics.begin()
         self._diagnostics.publish(message)
         for status in message.status:
-            said = status.level, status.message
-            if self._reported.get(status.name) != said:
-                self._log(status)
-            self._reported[status.name] = said
+            self._log(status)
 
     def _log(self, status: DiagnosticStatus) -> None:
-        """Say a status that has changed in the log, too."""
-        here = self.get_fully_qualified_name().strip('/')  # which the log says by itself
-        text = f'{status.name.removeprefix(here).lstrip("/: ")}: {status.message}'
+        """Log a status that has changed, unless missing input alone explains it."""
+        name = status.name.partition(': ')[2]  # the log names the node
+        level, text = self._logged.get(name, (DiagnosticStatus.OK, ''))
+        if status.level == DiagnosticStatus.STALE and name != 'input' or (
+                level, text) == (status.level, status.message):
+            return
         if status.level != DiagnosticStatus.OK:
-            self.get_logger().warning(text)
-        elif self._reported.get(status.name, (DiagnosticStatus.OK,))[0] != DiagnosticStatus.OK:
-            self.get_logger().info(text)
+            self.get_logger().warning(f'{name}: {status.message}')
+        elif level != DiagnosticStatus.OK:
+            self.get_logger().info(f'{name}: {status.message}')
+        self._logged[name] = status.level, status.message
 
     def _offer_services(self) -> None:
         try:
@@ -137,10 +120,9 @@ class TorquePredictor(Node):
             self.get_logger().warning(
                 'services gravity_torques and inverse_dynamics are off: their types are in the '
                 'package baxter_dynamics_interfaces, which is not installed. It lies beside this '
-                'one: build it with colcon, or `pip install ./baxter_dynamics_interfaces`')
+                'package: build it with colcon, or `pip install ./baxter_dynamics_interfaces`')
             return
-        for arm in self._arms.values():
-            arm.offer_services(GravityTorques, InverseDynamics)
+        self._arm.offer_services(GravityTorques, InverseDynamics)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -8,8 +8,7 @@ from typing import Any
 
 import yaml
 
-from ..estimation.arms import BOTH, per_arm
-from ..estimation.settings import DEFAULTS
+from ..estimation.settings import DEFAULTS, PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
 
 NODE = 'torque_predictor'
@@ -21,22 +20,19 @@ class ParameterFileError(BaxterDynamicsError):
     """A parameter file cannot be read or written, or does not fit."""
 
 
-def read_parameters(path: str | Path, arm: str | None = None) -> dict[str, Any]:
+def read_parameters(path: str | Path) -> dict[str, Any]:
     """
-    Return the settings of one arm's predictor in a parameter file, setting name to value.
+    Return the predictor's settings in a parameter file, setting name to value.
 
     Parameters
     ----------
     path : Path
         The file.
-    arm : str, optional
-        'right' or 'left': whose settings, of a file for both arms.
 
     Raises
     ------
     ParameterFileError
-        If it cannot be read, has none, one of them is unknown or refused, or the file is for both
-        arms and arm is not given.
+        If it cannot be read, has no settings, or one of them is unknown or refused.
 
     """
     try:
@@ -49,15 +45,10 @@ def read_parameters(path: str | Path, arm: str | None = None) -> dict[str, Any]:
         raise ParameterFileError(f'{path}: no parameters of {NODE}; expected /**: or {NODE}:, '
                                  'below it ros__parameters:, and below that the settings')
     try:
-        arms = per_arm(values)
+        PredictorSettings(values)
     except BaxterDynamicsError as error:
         raise ParameterFileError(f'{path}: {error}') from None
-    if values.get('arm') != BOTH:
-        return values
-    if arm not in arms:
-        raise ParameterFileError(
-            f'{path}: is for both arms: say which by --arm, or give the file of one')
-    return arms[arm].values
+    return values
 
 
 def write_parameters(path: str | Path, values: dict[str, Any],

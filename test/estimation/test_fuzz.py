@@ -7,9 +7,9 @@ Every run is the same. With BAXTER_DYNAMICS_FUZZ=3000 it tries 3000 sequences, o
 from collections import Counter
 import os
 
-from baxter_dynamics_ros.estimation.arms import named_settings
 from baxter_dynamics_ros.estimation.events import DROPPED, Event
-from baxter_dynamics_ros.estimation.settings import SETTINGS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
+from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
@@ -21,10 +21,8 @@ srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
 pytest.importorskip('hypothesis', reason='draws the sequences: pip install hypothesis')
 
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402, I100
-from baxter_dynamics_ros.nodes.ros_parameters import Parameters  # noqa: E402
 from baxter_dynamics_ros.nodes.services import Answers  # noqa: E402
 from hypothesis import settings as profile, stateful, strategies as st  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
 
@@ -94,17 +92,14 @@ def assert_sound(*arrays, shape=(7,)):
 
 
 class Life(stateful.RuleBasedStateMachine):
-    """What the stream handlers of one arm or both go through, in the hands of the node."""
+    """Everything that can happen to the stream handler of a node."""
 
     handlers = {}
 
-    @stateful.initialize(arm=st.sampled_from([*SIDES, 'both']), stamp=STAMPS)
+    @stateful.initialize(arm=SIDE, stamp=STAMPS)
     def starts(self, arm, stamp):
-        self.names = named_settings(arm)
-        self.given = Parameters({**{name: setting.default for name, setting in self.names.items()},
-                                 'arm': arm})
-        self.handlers = {side: settings.predictor(external=True)
-                         for side, settings in self.given.settings.items()}
+        self.settings = PredictorSettings({'arm': arm})
+        self.handlers = {arm: self.settings.predictor(external=True)}
         self.sent = self.contact = self.retimed = 0
         self.predicted, self.external = Counter(), Counter()  # by side
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
@@ -212,31 +207,30 @@ class Life(stateful.RuleBasedStateMachine):
     def others_speak(self, side, names, value):
         self.expect(Event.NOT_THIS_ARM, side, names, *np.full((3, len(names)), value))
 
-    def set_parameters(self, side, settings, values):
-        """Set parameters as the node does, and return the verdict on them."""
-        names = [s.name if s.name in self.names else f'{side}.{s.name}' for s in settings]
-        changes = [Parameter.from_parameter_msg(Parameter(name, value=value).to_parameter_msg())
-                   for name, value in zip(names, values)]
-        verdict = self.given.verdict(changes)
-        if verdict.successful:
-            before, self.given = self.given.settings, self.given.proposed(changes)
-            for side, settings in self.given.settings.items():
-                settings.configure(self.handlers[side], before[side])
-        return verdict
+    def set_parameters(self, settings, values):
+        """Set parameters as the node does; return why they are refused, or an empty text."""
+        try:
+            changed = PredictorSettings({
+                **self.settings.values, **{s.name: value for s, value in zip(settings, values)}})
+        except ArgumentError as error:
+            return str(error)
+        for handler in self.handlers.values():
+            changed.configure(handler, self.settings)
+        self.settings = changed
+        return ''
 
-    @stateful.rule(side=SIDE, changed=st.lists(CHANGEABLE, min_size=1, max_size=3), data=st.data())
-    def parameters_are_set(self, side, changed, data):
-        verdict = self.set_parameters(side, changed, [data.draw(fitting(s)) for s in changed])
+    @stateful.rule(changed=st.lists(CHANGEABLE, min_size=1, max_size=3), data=st.data())
+    def parameters_are_set(self, changed, data):
+        refusal = self.set_parameters(changed, [data.draw(fitting(s)) for s in changed])
         together = ('links.', 'payload.', 'effort_model.spring_range', 'method')
-        if not verdict.successful:  # in range, but these must go with each other, or be installed
-            assert any(setting.name.startswith(together) for setting in changed), verdict.reason
+        if refusal:  # in range, but these must go with each other, or be installed
+            assert any(setting.name.startswith(together) for setting in changed), refusal
 
-    @stateful.rule(side=SIDE, fine=CHANGEABLE, wrong=CHANGEABLE, data=st.data())
-    def parameters_are_refused(self, side, fine, wrong, data):
-        verdict = self.set_parameters(
-            side, [fine, wrong], [data.draw(fitting(fine)), data.draw(unfitting(wrong))])
-        assert not verdict.successful
-        assert len(verdict.reason.splitlines()) == 1
+    @stateful.rule(fine=CHANGEABLE, wrong=CHANGEABLE, data=st.data())
+    def parameters_are_refused(self, fine, wrong, data):
+        refusal = self.set_parameters(
+            [fine, wrong], [data.draw(fitting(fine)), data.draw(unfitting(wrong))])
+        assert len(refusal.splitlines()) == 1
 
     @stateful.rule()
     def reset_is_asked_for(self):
@@ -256,9 +250,9 @@ class Life(stateful.RuleBasedStateMachine):
         self.ask(joint_state([], 0), [])
 
     def ask(self, state, acceleration):
-        for side, handler in self.handlers.items():
+        for handler in self.handlers.values():
             answers = Answers(handler, lambda: self.age, lambda: self.age)
-            settings = self.given.settings[side]
+            settings = self.settings
             with np.errstate(divide='raise', over='raise', invalid='raise'):
                 gravity = answers.gravity_torques(settings, srv.GravityTorques.Request(
                     state=state), srv.GravityTorques.Response())

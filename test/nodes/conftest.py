@@ -64,10 +64,9 @@ class Robot(Node):
 
     def wait_for_node(self):
         """Wait until the predictor is subscribed to and by us."""
-        self.until(lambda: self.publisher.get_subscription_count() > 0 and any(
-            self.count_publishers(f'/torque_predictor/{arm}effort_residual')
-            and self.count_publishers(f'/torque_predictor/{arm}predicted_effort')
-            for arm in ('', 'right/')))
+        self.until(lambda: self.publisher.get_subscription_count() > 0 and all(
+            self.count_publishers(f'/torque_predictor/{name}')
+            for name in ('effort_residual', 'predicted_effort')))
         self.spin(0.3)
 
     def send(self, stamp: int, names, position, velocity=(), effort=()):

@@ -35,7 +35,7 @@ class Example:
         self.process = subprocess.Popen(
             [sys.executable, REPOSITORY / 'examples' / f'{name}.py', *arguments],
             stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
-            env={**environment, 'PYTHONPATH': path})
+            preexec_fn=_ignore_sigint, env={**environment, 'PYTHONPATH': path})
 
     def __enter__(self):
         return self
@@ -63,6 +63,11 @@ class Example:
         """Return what it prints until it ends by itself, without an error."""
         assert self.process.wait(TIME_LIMIT) == 0, self.output
         return self.output
+
+
+def _ignore_sigint():
+    """Start as in the background of a script."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def processes(*arguments, environment):

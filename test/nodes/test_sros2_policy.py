@@ -13,7 +13,7 @@ ATTRIBUTES = {'policy': {'version'}, 'enclave': {'path'}, 'profile': {'ns', 'nod
 PERMISSIONS = {'topics': ('publish', 'subscribe'), 'services': ('reply', 'request')}
 # Ways to run each node; what one way needs another may not.
 RUNS = {'torque_predictor': (('arm:=right', 'use_sim_time:=false'),
-                             ('arm:=both', 'use_sim_time:=true')),
+                             ('arm:=left', 'use_sim_time:=true')),
         'fake_baxter': (('arm:=right',),)}
 
 

@@ -1,0 +1,26 @@
+"""What the nodes need of rclpy and rclpy does not offer in public; a test tries each on rclpy."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+
+def take_waiting(subscription: Subscription, limit: int) -> Iterator[tuple[Any, dict[str, Any]]]:
+    """
+    Yield messages that wait in the middleware with their information, at most ``limit``.
+
+    An executor takes one message of a subscription each time it has looked at all services and
+    timers, which at 1000 Hz costs most of a core.
+    """
+    for _ in range(limit):
+        waiting = subscription.handle.take_message(subscription.msg_type, False)
+        if waiting is None:
+            return
+        yield waiting
+
+
+def given_parameters(node: Node) -> dict[str, Any]:
+    """Return the parameters given on the command line and in files, name to value."""
+    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
