@@ -1,9 +1,9 @@
 """
-Run the node and the stream handler for long: is memory flat, is anything lost, is latency flat.
+Send a million messages to the node and the stream handler: none lost, memory and cost flat.
 
-The node is sent messages at 1000 Hz, or as fast as the machine lets it, over reliable connections;
-the stream handler takes the rest of them, as fast as it can. Run: python benchmarks/soak.py
-[--messages 1000000] [--node-seconds 60]
+The node is sent messages at 1000 Hz, or as fast as it answers, over reliable connections; the
+stream handler takes the rest. Run: python benchmarks/soak.py [--messages 1000000]
+[--node-seconds 60]
 """
 
 import argparse
@@ -15,50 +15,35 @@ from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.estimation.events import DROPPED
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.nodes import topics
-from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
+from baxter_dynamics_ros.nodes.messages import joint_state
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from usage import memory, processor_time
 
 RATE = 1000  # [Hz]
-PERIOD = 1_000_000_000 // RATE  # [ns]
 START = 10 ** 18  # [ns]
 CYCLE = 4000  # messages after which the motion repeats
-WARM = 0.2  # of the messages come before memory is looked at for the first time
-PARTS = 10
-AHEAD = 50  # messages that may be on their way to the node and back: fewer than any queue holds
+PARTS = 10  # of a run, each with its processor time
+WARM = 2  # parts before memory is looked at for the first time
+AHEAD = 50  # messages on their way to the node and back: fewer than any queue holds
 PATIENCE = 20.0  # [s]
 RELIABLE = ['-p', f'qos_overrides.{topics.JOINT_STATES}.subscription.reliability:=reliable']
 
 
 class Soak(NamedTuple):
-    """What became of the messages that were sent, and what the run was like."""
+    """Counts and costs of a run."""
 
     sent: int
     received: int
     dropped: int
     predicted: int
     residuals: int  # that arrived
-    quiet: int  # messages at the beginning that give no prediction: the filter settles
-    seconds: float  # that it took [s]
-    memory: tuple  # resident, once warm and in the end [MB]
-    latency: np.ndarray  # p99 of each tenth of the messages (10,) [ms]
-    processor: np.ndarray  # processor time a message of each tenth (10,) [ms]
-
-    @property
-    def growth(self) -> float:
-        """Of memory [MB]."""
-        return self.memory[1] - self.memory[0]
-
-    @property
-    def slowing(self) -> float:
-        """Return the processor time of the last tenths over that of the second to fourth."""
-        return float(np.median(self.processor[-3:]) / np.median(self.processor[1:4]))
+    quiet: int  # messages at the beginning without a prediction: the filter settles
+    growth: float  # of resident memory, from warm to the end [MB]
+    processor: np.ndarray  # processor time per message, each part (10,) [ms]
 
     @property
     def lost(self) -> int:
@@ -68,147 +53,92 @@ class Soak(NamedTuple):
             self.predicted - self.residuals))
 
 
-class Wires(Node):
-    """
-    The other end: publishes joint states, and takes the residuals and the diagnostics.
-
-    Attributes
-    ----------
-    arrived : list
-        Stamp [ns] and time of arrival [s] of the residuals.
-    reports : list
-        The diagnostics, key to value.
-
-    """
-
-    def __init__(self):
-        super().__init__('soak')
-        self.publisher = self.create_publisher(JointState, topics.JOINT_STATES, 1000)
-        self.arrived, self.reports = [], []
-        self.residual = topics.below_node(topics.EFFORT_RESIDUAL).replace('~', '/torque_predictor')
-        self.create_subscription(JointState, self.residual, lambda message: self.arrived.append(
-            (stamp_ns(message.header), time.perf_counter())), 1000)
-        self.create_subscription(
-            DiagnosticArray, topics.DIAGNOSTICS, lambda message: self.reports.append(
-                {pair.key: pair.value for status in message.status for pair in status.values}), 9)
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self)
-
-    def spin(self, seconds: float):
-        """Let one message come in, if there is one within the time."""
-        self._executor.spin_once(seconds)
-
-    def until(self, condition, what: str):
-        """Let messages come in until a condition holds."""
-        limit = time.monotonic() + PATIENCE
-        while not condition():
-            self.spin(0.05)
-            if time.monotonic() > limit:
-                raise RuntimeError(f'{what} within {PATIENCE:g} s')
-
-
 def messages(n: int):
     """Yield stamp [ns], position, velocity and effort (17,) of n messages of a smooth motion."""
     speed = 2 * np.pi * RATE / CYCLE  # [rad/s]
     phase = speed / RATE * np.arange(CYCLE)[:, None] + np.arange(len(JOINT_STATE_NAMES))
     rows = list(zip(0.4 * np.sin(phase), 0.4 * speed * np.cos(phase), 5.0 * np.cos(phase)))
     for k in range(n):
-        yield START + k * PERIOD, *rows[k % CYCLE]
+        yield START + k * 10 ** 9 // RATE, *rows[k % CYCLE]
+
+
+class Meter:
+    """Memory and processor time of a process over the parts of a run of n messages."""
+
+    def __init__(self, n: int, pid: int):
+        self._part, self._pid, self._used, self._resident = n // PARTS, pid, [], []
+
+    def before(self, k: int):
+        """Measure, if message k begins a part."""
+        if k % self._part == 0:
+            self._used.append(processor_time(self._pid))
+            self._resident.append(memory(pid=self._pid) / 2 ** 20)
+
+    def costs(self) -> tuple:
+        """Return memory growth [MB] and processor time per message of each part (10,) [ms]."""
+        self.before(0)
+        growth = self._resident[-1] - self._resident[WARM]
+        return growth, np.diff(self._used)[:PARTS] / self._part * 1e3
 
 
 def through_handler(n: int) -> Soak:
-    """Send n messages to a stream handler; latency is its processor time for each."""
-    predictor = PredictorSettings().predictor(external=True)
-    spent = np.full(n, np.nan)  # [s]
-    residuals, begin = 0, time.perf_counter()
-    for k, message in enumerate(messages(n)):
-        if k == round(WARM * n):
-            before = resident()
-        started = time.thread_time()
-        prediction = predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
-        external = predictor.external.latest
-        if external is not None:
-            predictor.external.wrench(external)
-        spent[k] = time.thread_time() - started
+    """Send n messages to a stream handler."""
+    predictor, meter, residuals = PredictorSettings().predictor(True), Meter(n, os.getpid()), 0
+    for k, (stamp, *fields) in enumerate(messages(n)):
+        meter.before(k)
+        prediction = predictor.handle(stamp, JOINT_STATE_NAMES, *fields)
         residuals += prediction is not None and prediction.residual is not None
     counts = predictor.counts
     return Soak(n, counts['received'], sum(counts[event] for event in DROPPED),
-                counts['predicted'], residuals, quiet_messages(), time.perf_counter() - begin,
-                (before, resident()), p99(spent),
-                np.array([part.mean() for part in np.array_split(spent, PARTS)]) * 1e3)
+                counts['predicted'], residuals, quiet_messages(), *meter.costs())
 
 
 def through_node(n: int) -> Soak:
-    """Send n messages to a node; latency is from publishing a joint state to its residual."""
+    """Send n messages to a node, and count the residuals and the diagnostics that come back."""
     rclpy.init(args=[])
-    wires = Wires()
+    node, residuals, reports = rclpy.create_node('soak'), [], []
+    publisher = node.create_publisher(JointState, topics.JOINT_STATES, 1000)
+    topic = topics.below_node(topics.EFFORT_RESIDUAL).replace('~', '/torque_predictor')
+    node.create_subscription(JointState, topic, lambda message: residuals.append(1), 1000)
+    node.create_subscription(
+        DiagnosticArray, topics.DIAGNOSTICS, lambda message: reports.append(
+            {pair.key: pair.value for status in message.status for pair in status.values}), 9)
+
+    def until(condition, what: str):
+        limit = time.monotonic() + PATIENCE
+        while not condition():
+            rclpy.spin_once(node, timeout_sec=0.05)
+            if time.monotonic() > limit:
+                raise RuntimeError(f'{what} within {PATIENCE:g} s')
     try:
         with NodeProcess('torque_predictor', ['--ros-args', *RELIABLE]) as process:
-            wires.until(lambda: wires.publisher.get_subscription_count()
-                        and wires.count_publishers(wires.residual), 'no node')
-            begin = time.perf_counter()
-            sent, before, used = _send(wires, n, process.pid)
-            seconds = time.perf_counter() - begin
-            wires.reports.clear()  # the last answers arrive before the second, or are lost
-            wires.until(lambda: len(wires.reports) >= 2, 'no two diagnostics')
-            memory = before, resident(process.pid)
+            until(lambda: publisher.get_subscription_count() and node.count_publishers(topic),
+                  'no node')
+            quiet, meter, begin = quiet_messages(), Meter(n, process.pid), time.perf_counter()
+            for k, (stamp, *fields) in enumerate(messages(n)):
+                meter.before(k)
+                while (left := begin + k / RATE - time.perf_counter()) > 0.0:
+                    rclpy.spin_once(node, timeout_sec=left)
+                until(lambda: k - quiet - len(residuals) < AHEAD, f'no answer to {k}')
+                publisher.publish(joint_state(JOINT_STATE_NAMES, stamp, *fields))
+            reports.clear()  # the last residuals arrive before the second report, or are lost
+            until(lambda: len(reports) >= 2, 'no two diagnostics')
+            costs = meter.costs()
     finally:
-        wires.destroy_node()
+        node.destroy_node()
         rclpy.try_shutdown()
-    behind = round(PredictorSettings().predictor().estimator.delay * 1e9)
-    latency = np.full(n, np.nan)  # [s]
-    for stamp, when in wires.arrived:
-        k = (stamp + behind - START) // PERIOD
-        latency[k] = when - sent[k]
-    counts = wires.reports[-1]
-    return Soak(n, int(counts['received']), sum(int(counts[event.value]) for event in DROPPED),
-                int(counts['predicted']), len(wires.arrived), quiet_messages(), seconds, memory,
-                p99(latency), np.diff(used) / (n / PARTS) * 1e3)
-
-
-def _send(wires: Wires, n: int, pid: int) -> tuple:
-    """
-    Send n messages.
-
-    Returns
-    -------
-    tuple
-        When each was sent (n,) [s], the node's memory once warm [MB], and the processor time it
-        has used by the beginning of each tenth and by the end (11,) [s].
-
-    """
-    sent, quiet, used = np.full(n, np.nan), quiet_messages(), []
-    begin = time.perf_counter()
-    for k, (stamp, *fields) in enumerate(messages(n)):
-        if k == round(WARM * n):
-            before = resident(pid)
-        if k % (n // PARTS) == 0:
-            used.append(processor_time(pid))
-        while (left := begin + k / RATE - time.perf_counter()) > 0.0:
-            wires.spin(left)
-        if k - quiet - len(wires.arrived) >= AHEAD:
-            wires.until(lambda: k - quiet - len(wires.arrived) < AHEAD, f'no answer to {k}')
-        message = joint_state(JOINT_STATE_NAMES, stamp, *fields)
-        sent[k] = time.perf_counter()
-        wires.publisher.publish(message)
-    return sent, before, [*used, processor_time(pid)][:PARTS + 1]
+    counts = {key: int(reports[-1][key]) for key in (
+        'received', 'predicted', *(event.value for event in DROPPED))}
+    return Soak(n, counts.pop('received'), predicted=counts.pop('predicted'),
+                dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet,
+                growth=costs[0], processor=costs[1])
 
 
 def quiet_messages() -> int:
-    """Return how many messages give no prediction, for the filter settles."""
+    """Return how many messages give no prediction while the filter settles."""
     predictor = PredictorSettings().predictor()
     return next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
                 if predictor.handle(stamp, JOINT_STATE_NAMES, *fields) is not None)
-
-
-def p99(seconds: np.ndarray) -> np.ndarray:
-    """Return the 99th percentile of each tenth (10,) [ms]; what is NaN does not count."""
-    return np.array([np.nanpercentile(part, 99) for part in np.array_split(seconds, PARTS)]) * 1e3
-
-
-def resident(pid='self') -> float:
-    """Return the memory that a process has in use [MB]."""
-    return memory(pid=pid) / 2 ** 20
 
 
 def main():
@@ -223,24 +153,10 @@ def main():
     runs = {'node': through_node(to_node)}
     if to_node < options.messages:
         runs['handler'] = through_handler(options.messages - to_node)
-    rows = {
-        'messages sent': lambda run: run.sent,
-        'received': lambda run: run.received,
-        'dropped': lambda run: run.dropped,
-        'predicted, all but the first': lambda run: f'{run.predicted} ({run.quiet})',
-        'residuals': lambda run: run.residuals,
-        'lost': lambda run: run.lost,
-        'messages a second': lambda run: round(run.sent / run.seconds),
-        'memory, warm [MB]': lambda run: f'{run.memory[0]:.1f}',
-        'memory, in the end [MB]': lambda run: f'{run.memory[1]:.1f}',
-        'growth [MB]': lambda run: f'{run.growth:+.1f}',
-        'processor time, last / first': lambda run: f'{run.slowing:.2f}'}
-    print(f'{"":30}' + ''.join(f'{name:>16}' for name in runs))
-    for name, value in rows.items():
-        print(f'{name:30}' + ''.join(f'{value(run)!s:>16}' for run in runs.values()))
-    for k in range(PARTS):
-        print(f'{f"p99 of tenth {k + 1} [ms]":30}' + ''.join(
-            f'{run.latency[k]:16.3f}' for run in runs.values()))
+    for name, run in runs.items():
+        print(f'{name}: {run.sent} messages, {run.lost} lost, {run.residuals} residuals, memory '
+              f'{run.growth:+.1f} MB; processor time per message of each tenth [ms]: '
+              f'{run.processor.round(3)}')
 
 
 if __name__ == '__main__':

@@ -81,7 +81,8 @@ class FakeBaxterNode(ParameterNode):
         self.get_logger().info(
             f'simulating a Baxter whose {given["arm"]} arm runs the trajectory '
             f'{given["trajectory"]}, {given["rate"]:g} joint states per second on '
-            f'{self._publisher.topic_name}; parameters given: {self.given()}')
+            f'{self._publisher.topic_name}; parameters that differ from their defaults: '
+            f'{self.changed_settings()}')
 
     def apply(self, built: dict[str, Any]) -> None:
         """Set the external loads."""

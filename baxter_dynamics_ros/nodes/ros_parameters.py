@@ -89,9 +89,10 @@ class ParameterNode(Node):
         self.add_on_set_parameters_callback(self._on_set)
         self.add_post_set_parameters_callback(self._on_post_set)
 
-    def given(self) -> str:
-        """Return the names of the settings given at the start, for the log."""
-        names = [name for name in given_parameters(self) if name in self._settings]
+    def changed_settings(self) -> str:
+        """Return the names of the settings that differ from their defaults, for the log."""
+        names = [name for name, setting in self._settings.items()
+                 if setting.check(self.values[name]) != setting.default]
         return ', '.join(names) or 'none'
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:

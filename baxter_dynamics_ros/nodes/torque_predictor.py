@@ -52,7 +52,7 @@ class TorquePredictor(ParameterNode):
         self.get_logger().info(
             f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
             f'{self._arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state; '
-            f'parameters given: {self.given()}')
+            f'parameters that differ from their defaults: {self.changed_settings()}')
 
     def build(self, values: dict[str, Any]) -> PredictorSettings:
         """Return the predictor's settings."""

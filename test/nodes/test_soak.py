@@ -1,4 +1,4 @@
-"""The node and the stream handler for long, and the node under arbitrary messages."""
+"""The node and the stream handler over many messages, and the node on arbitrary messages."""
 
 from pathlib import Path
 import tracemalloc
@@ -30,14 +30,12 @@ def test_the_node_loses_nothing_and_stays_as_it_is(soak, domain):
     assert run.dropped == run.lost == 0
     assert run.residuals == run.predicted == 6000 - run.quiet
     assert run.growth < FLAT
-    assert run.slowing < 1.3  # processor time a message: latency is also the machine's
 
 
 def test_the_stream_handler_loses_nothing_and_stays_as_it_is(soak):
     run = soak.through_handler(20_000)
     assert run.received == run.sent == 20_000
     assert run.lost == 0
-    assert run.slowing < 1.3
 
 
 def test_the_stream_handler_keeps_nothing(soak):
