@@ -38,8 +38,9 @@ class Run(NamedTuple):
         return min(i for i in self.predictions if i >= after) - after
 
     def counts(self) -> dict:
-        """Return what was counted, but for what is normal."""
-        return {event: n for event, n in self.predictor.counts.items() if isinstance(event, Event)}
+        """Return the counts of events, except messages that wait for the period of stamps."""
+        return {event: n for event, n in self.predictor.counts.items()
+                if isinstance(event, Event) and event is not Event.AWAITING_PERIOD}
 
 
 def play(messages, mode) -> Run:

@@ -19,7 +19,7 @@ from .options import add_arm, number
 from .plots import plot_effort
 from .printing import complain, say
 from .processes import NodeProcess
-from ..estimation.joint_selection import Intake
+from ..estimation.joint_selection import JointSelector
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Indices
 from ..model.exceptions import BaxterDynamicsError
@@ -183,12 +183,12 @@ def _series(observer: Observer, arm: str) -> dict[str, Array]:
 
 def _first_difference(messages: list[JointState], arm: str) -> tuple[Indices, Array]:
     """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
-    intake = Intake(arm)
+    selector = JointSelector(arm)
     settings = PredictorSettings({'arm': arm})
     rows = []
     for message in messages:
-        reading = intake.read(message.name, from_field(message.position),
-                              from_field(message.velocity), from_field(message.effort))
+        reading = selector.read(message.name, from_field(message.position),
+                                from_field(message.velocity), from_field(message.effort))
         if isinstance(reading, tuple):
             rows.append((stamp_ns(message.header), *reading))
     stamps, q, qd, effort = (np.array(column) for column in zip(*rows))

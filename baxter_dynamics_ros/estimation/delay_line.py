@@ -6,12 +6,15 @@ import numpy as np
 
 from ..model.arrays import Array
 
+_MAX_SAMPLES = 1024  # stamps that hardly advance would fill the delay without end
+
 
 class DelayLine:
     """Remembers samples just long enough to interpolate between two of them."""
 
     def __init__(self) -> None:
-        self._samples: deque[tuple[float, Array, Array | None]] = deque()
+        self._samples: deque[tuple[float, Array, Array | None]] = deque(
+            maxlen=_MAX_SAMPLES)
 
     def reset(self) -> None:
         """Forget all samples."""

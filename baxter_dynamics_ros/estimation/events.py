@@ -1,13 +1,13 @@
-"""What can be wrong with a joint state, and what to do about it: counted, reported, never lost."""
+"""Problems of joint states that are counted and reported, with their remedies."""
 
 from enum import Enum
 
 
 class Event(Enum):
     """
-    A reason why a message gave no prediction, or restarted the filter.
+    A reason why a message gave no prediction, or restarted the filter, or is used only in part.
 
-    The value is the key under which it is counted in the diagnostics.
+    The value is the key of its count in the diagnostics.
     """
 
     NOT_THIS_ARM = 'not_this_arm'
@@ -24,13 +24,16 @@ class Event(Enum):
     RESET_CLOCK_JUMP = 'reset_clock_jump'
     RESET_POSITION_JUMP = 'reset_position_jump'
     RESET_VELOCITY_SOURCE = 'reset_velocity_source'
-    RESET_RETIMED = 'reset_retimed'
+    RESET_STAMP_SOURCE = 'reset_stamp_source'
     RESET_RESYNC = 'reset_resync'
     RESET_REQUESTED = 'reset_requested'
     EFFORT_MISSING = 'effort_missing'
     EFFORT_ALL_ZERO = 'effort_all_zero'
     VELOCITY_MISSING = 'velocity_missing'
+    VELOCITY_MISMATCH = 'velocity_mismatch'
+    POSITION_FROZEN = 'position_frozen'
     UNSTAMPED = 'unstamped'
+    AWAITING_PERIOD = 'awaiting_period'
     SPRING_HELD = 'spring_held'
 
 
@@ -38,57 +41,70 @@ class Event(Enum):
 DROPPED = (Event.NOT_THIS_ARM, Event.INCOMPLETE_ARM, Event.DUPLICATE_JOINT, Event.LENGTH_MISMATCH,
            Event.NON_FINITE, Event.IMPLAUSIBLE, Event.OUT_OF_ORDER, Event.DUPLICATE,
            Event.UNCONFIRMED)
-# The filter starts anew.
+# The filter restarts.
 RESETS = (Event.RESET_GAP, Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP,
-          Event.RESET_VELOCITY_SOURCE, Event.RESET_RETIMED, Event.RESET_RESYNC,
+          Event.RESET_VELOCITY_SOURCE, Event.RESET_STAMP_SOURCE, Event.RESET_RESYNC,
           Event.RESET_REQUESTED)
 # There is no residual.
 NO_EFFORT = (Event.EFFORT_MISSING, Event.EFFORT_ALL_ZERO)
+# The slope of the positions replaces measured velocity.
+NO_VELOCITY = (Event.VELOCITY_MISSING, Event.VELOCITY_MISMATCH)
 
-# What a user should know of each, in one line. Those without a line are normal.
+# One line for the user per event. Events without a line are normal.
 REMEDIES = {
     Event.INCOMPLETE_ARM:
-        "messages name some of the arm's joints but not all: check the publisher",
-    Event.DUPLICATE_JOINT: 'messages name a joint of the arm twice: check the publisher',
+        "messages name some of the arm's joints but not all seven: publish all in each message",
+    Event.DUPLICATE_JOINT:
+        'messages name a joint of the arm twice: publish each joint once in a message',
     Event.LENGTH_MISMATCH:
-        'position, velocity or effort is not as long as name: check the publisher',
-    Event.NON_FINITE: 'messages hold NaN or infinity: check the publisher',
+        'position, velocity or effort does not have as many values as name: fill the field for '
+        'all joints, or leave velocity or effort empty',
+    Event.NON_FINITE:
+        'messages contain NaN positions or infinite values of the arm: dropped',
     Event.IMPLAUSIBLE:
-        'positions beyond a full turn, or velocities or efforts no Baxter has: are they in rad, '
-        'rad/s, N m?',
-    Event.OUT_OF_ORDER: 'stamps run backwards: is there a second publisher on the topic?',
-    Event.DUPLICATE: 'the same message arrives twice: is the topic bridged twice?',
+        'values beyond the range of a Baxter (2 pi rad, 40 rad/s, 1000 N m): check the units, '
+        'which must be rad, rad/s and N m',
+    Event.OUT_OF_ORDER:
+        'stamps run backwards: check for reordered messages or a second publisher on the topic',
+    Event.DUPLICATE:
+        'messages arrive twice with the same stamp and data: check for a topic that is bridged '
+        'twice',
     Event.UNCONFIRMED:
         'messages that do not continue the stream are dropped until the next one confirms them: '
-        'is there a second publisher on the topic?',
+        'check for a second publisher on the topic',
     Event.REPEATED_STAMP:
-        'several messages bear one stamp, as times of arrival do: the parameter stamps at auto '
-        're-times them once that is certain, arrival from the start',
+        'new data are stamped less than 0.5 ms after the last message: with the parameter stamps '
+        'at auto they are re-timed if that persists',
     Event.UNSTAMPED:
-        'the stamps are not filled in: the time of arrival at this node takes their place',
+        'header stamps are zero: using the time of receipt',
+    Event.VELOCITY_MISSING:
+        'no measured velocity (empty or NaN): using the slope of the positions',
+    Event.VELOCITY_MISMATCH:
+        'measured velocity contradicts the positions: using the slope of the positions',
+    Event.POSITION_FROZEN:
+        'positions do not change although measured velocity is not zero',
     Event.RESET_GAP:
-        'more than 0.25 s between stamps: check the network and the rate, and whether this '
-        'process was stopped',
+        'more than 0.25 s between stamps: check the network, the rate of the publisher, and '
+        'whether this process was suspended',
     Event.RESET_CLOCK_JUMP:
-        "the stamps' clock was set back: did a bag loop or a simulation start over, or are there "
-        'two publishers on the topic?',
+        'stamps went back by 0.5 s or more: check for a bag or simulation that started over, or '
+        'a second publisher on the topic',
     Event.RESET_POSITION_JUMP:
-        'positions jump faster than the arm can move: is there a second publisher on the topic, '
-        'or was a simulated arm put elsewhere?',
+        'positions jump faster than the arm can move: check for a second publisher on the topic, '
+        'or a simulated arm that was repositioned',
     Event.RESET_VELOCITY_SOURCE:
-        'velocity comes and goes: is there a second publisher on the topic?',
-    Event.RESET_RETIMED:
-        'stamps are times of arrival and are re-timed from here on; better is a bridge that '
-        "keeps the robot's stamps",
+        'the source of velocity changed (measured, or slope of the positions)',
+    Event.RESET_STAMP_SOURCE:
+        'the source of stamps changed (header, arrival or receipt): see stamps',
     Event.RESET_RESYNC:
-        'times of arrival ran away from the re-timed ones: did the rate change, or are many '
-        'messages lost?',
-    Event.EFFORT_MISSING: 'no measured effort: predictions only, no residual',
+        'messages left the even time line by more than their jitter: check the rate of the '
+        'publisher and the network',
+    Event.EFFORT_MISSING:
+        'no measured effort (empty or NaN): predictions only, no residual and no contact',
     Event.EFFORT_ALL_ZERO:
-        'measured effort is exactly zero on all joints, as some simulators publish: effort '
-        'invalid, no residual',
-    Event.VELOCITY_MISSING: 'no measured velocity: using the slope of the positions',
+        'measured effort is exactly zero on all joints: predictions only, no residual and no '
+        'contact',
     Event.SPRING_HELD:
-        's1 is outside the range for which the spring is known: its value at the border is held, '
-        'expect a residual at s1',
+        's1 is outside effort_model.spring_range: its value at the border is held, expect a '
+        'residual at s1',
 }

@@ -1,6 +1,7 @@
-"""The door: one arm's joints out of a joint state, by name, or the reason why not."""
+"""Selection of one arm's joints from joint states, by name."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,42 +9,60 @@ from .events import Event
 from ..model.arrays import Array, Indices
 from ..model.joints import joint_names, N_JOINTS
 
-# Beyond these a value cannot be a Baxter's (the limits are 3.1 rad, 4 rad/s and 50 N m): degrees,
-# encoder ticks, or garbage.
+# Values beyond these cannot come from a Baxter, whose limits are 3.1 rad, 4 rad/s and 50 N m.
 PLAUSIBLE_POSITION = 2 * np.pi  # [rad]
 PLAUSIBLE_VELOCITY = 40.0  # [rad/s]
 PLAUSIBLE_EFFORT = 1000.0  # [N m]
 
 _BOUNDS = np.array([[PLAUSIBLE_POSITION], [PLAUSIBLE_VELOCITY], [PLAUSIBLE_EFFORT]]).repeat(
     N_JOINTS, axis=1)
-_MEMORY = 64  # layouts of messages remembered
+_MEMORY = 64  # message layouts remembered
 
 
-class Intake:
+class Reading(NamedTuple):
+    """One arm's values in a joint state; read-only arrays (7,) in joint order."""
+
+    q: Array  # position [rad]
+    qd: 'Array | None'  # velocity [rad/s]; None where missing or NaN
+    effort: 'Array | None'  # [N m]; None where missing or NaN
+
+
+class JointSelector:
     """
-    Picks one arm's joints out of joint states.
+    Selects one arm's joints from joint states.
 
     Parameters
     ----------
     side : str
         'right' or 'left'.
+    prefix : str
+        Prefix of the joint names in the messages.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the arm's joints in the messages, in joint order.
+    other_names : tuple of str or None
+        Joint names of the newest message that was not used because of its names; None if there
+        was none.
 
     """
 
-    def __init__(self, side: str) -> None:
+    def __init__(self, side: str, prefix: str = '') -> None:
         self.side = side
-        self.names = joint_names(side)
-        # Names -> indices of the arm's joints, or an Event.
+        self.names = tuple(prefix + name for name in joint_names(side))
+        self.other_names: tuple[str, ...] | None = None
+        # Joint names -> indices of the arm's joints, or an Event.
         self._layouts: dict[tuple[str, ...], Indices | Event] = {}
 
     def layout(self, names: Sequence[str]) -> Indices | Event:
         """
-        Return where the arm's joints stand in ``names``.
+        Return the indices of the arm's joints in ``names``.
 
         Returns
         -------
         ndarray (7,) of int, or Event
-            NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT where they cannot be picked.
+            NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT if they cannot be selected.
 
         """
         key = tuple(names)
@@ -55,9 +74,12 @@ class Intake:
         return found
 
     def read(self, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array) -> tuple[Array, Array | None, Array | None] | Event:
+             effort: Array) -> Reading | Event:
         """
         Return the arm's position, velocity and effort.
+
+        NaN means "not available": a velocity or effort with a NaN is read as missing. Values of
+        other joints do not matter.
 
         Parameters
         ----------
@@ -68,29 +90,35 @@ class Intake:
 
         Returns
         -------
-        tuple (q, qd, effort), or Event
-            Read-only arrays (7,) in joint order; qd and effort are None where the message has
-            none.
+        Reading or Event
+            The event is the reason why the message cannot be used.
 
         """
         layout = self.layout(names)
         if isinstance(layout, Event):
+            self.other_names = tuple(names)
             return layout
         n = len(names)
         if len(position) != n or len(velocity) not in (0, n) or len(effort) not in (0, n):
             return Event.LENGTH_MISMATCH
         sample = np.zeros((3, N_JOINTS))
         sample[0] = position[layout]
-        if len(velocity):
+        has_velocity, has_effort = len(velocity) > 0, len(effort) > 0
+        if has_velocity:
             sample[1] = velocity[layout]
-        if len(effort):
+        if has_effort:
             sample[2] = effort[layout]
-        # Written so that NaN fails, too.
-        if np.count_nonzero(np.abs(sample) <= _BOUNDS) < sample.size:
-            return Event.IMPLAUSIBLE if np.isfinite(sample).all() else Event.NON_FINITE
+        if np.count_nonzero(np.abs(sample) <= _BOUNDS) < sample.size:  # false for NaN
+            if np.isnan(sample[0]).any() or np.isinf(sample).any():
+                return Event.NON_FINITE
+            has_velocity &= not np.isnan(sample[1]).any()
+            has_effort &= not np.isnan(sample[2]).any()
+            used = sample[[True, has_velocity, has_effort]]
+            if (np.abs(used) > _BOUNDS[[True, has_velocity, has_effort]]).any():
+                return Event.IMPLAUSIBLE
         sample.setflags(write=False)
-        return (sample[0], sample[1] if len(velocity) else None,
-                sample[2] if len(effort) else None)
+        return Reading(sample[0], sample[1] if has_velocity else None,
+                       sample[2] if has_effort else None)
 
     def _find(self, names: tuple[str, ...]) -> Indices | Event:
         present = [name for name in names if name in self.names]

@@ -123,7 +123,7 @@ class Predictor:
             self.external.reset()
 
     def handle(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-               effort: Array) -> 'Prediction | None':
+               effort: Array, received_ns: 'int | None' = None) -> 'Prediction | None':
         """
         Take a joint state.
 
@@ -134,7 +134,11 @@ class Predictor:
         names : sequence of str
             Its joints, in any order, other joints among them.
         position, velocity, effort : ndarray
-            As long as names, in rad, rad/s, N m; velocity and effort may be empty.
+            As long as names, in rad, rad/s, N m; velocity and effort may be empty. NaN means "not
+            available".
+        received_ns : int, optional
+            Time of receipt [ns]: replaces stamps that are zero, and, with the setting stamps at
+            'receipt', or at 'auto' where they stand still, all stamps.
 
         Returns
         -------
@@ -145,16 +149,16 @@ class Predictor:
             ``external.latest``.
 
         """
-        estimate = self.estimate(stamp_ns, names, position, velocity, effort)
+        estimate = self.estimate(stamp_ns, names, position, velocity, effort, received_ns)
         if estimate is None:
             return None
         self.prediction = self.predict(estimate)
         return self.prediction
 
     def estimate(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-                 effort: Array) -> 'Estimate | None':
+                 effort: Array, received_ns: 'int | None' = None) -> 'Estimate | None':
         """Take a joint state, as :meth:`handle` does, without predicting its effort."""
-        sample = self.stream.take(stamp_ns, names, position, velocity, effort)
+        sample = self.stream.take(stamp_ns, names, position, velocity, effort, received_ns)
         if self.external is not None:
             self.external.latest = None
         if sample is None:

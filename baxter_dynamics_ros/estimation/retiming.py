@@ -1,22 +1,18 @@
-"""Even stamps in the place of times of arrival: recognises those, and fits a line to them."""
+"""Even stamps for messages that are stamped on arrival, from a phase-locked loop."""
 
-from collections import deque
 from math import sqrt
 
-MODES = ('auto', 'header', 'arrival')
+from .stamp_evidence import ARRIVAL, HEADER, RECEIPT, SHORT_STEP, StampEvidence
 
-# The robot publishes at 800 Hz at most: new data that come sooner after the last are stamped with
-# their time of arrival. So many of them among so many messages are no accident.
-BUNCHED = 500_000  # [ns]
-ENOUGH = 3
-AMONG = 100
+AUTO = 'auto'
+MODES = (AUTO, HEADER, ARRIVAL, RECEIPT)
 
 MEMORY = 2.0  # time constant of the line's phase [s]
-LOCKING = 1.0  # the line must have run so long [s] ...
-LOCKING_MESSAGES = 20  # ... and through so many arrivals before it is used
-LATE = 0.02  # later ones pull the line no more than this [s]: most come in time, some very late
-# An arrival further off, or arrivals that are further off in the mean over ASIDE_TIME, are not of
-# this line: there was a pause, or the rate or the clock was changed.
+LOCKING = 1.0  # the line is used after this time [s] ...
+LOCKING_MESSAGES = 20  # ... and this number of messages
+LATE = 0.02  # largest error that corrects the line [s]: most messages are on time, some very late
+# A larger error of one message, or a larger mean error over ASIDE_TIME, restarts the line: there
+# was a pause, or the rate or the clock has changed.
 FAR = 0.25  # [s]
 ASIDE = 0.05  # [s]
 ASIDE_TIME = 0.5  # [s]
@@ -24,19 +20,19 @@ ASIDE_TIME = 0.5  # [s]
 
 class ArrivalLine:
     """
-    The line through the times of arrival over the messages' number: a phase-locked loop.
+    Line of arrival time over message number, fitted by a phase-locked loop.
 
-    With e the error of an arrival against the line's last time t one period T on, the line moves
-    by ``t += T + g e`` and ``T += h e``. At first g and h fall as 1/n and 1/n^2, such that the
-    line is the least-squares line of n arrivals. They stop at ``g = T / MEMORY`` and
-    ``h = g^2 / 2``, which forget in the same time at every rate.
+    With e the error of an arrival against the line's last time t plus one period T, the line is
+    updated by ``t += T + g e`` and ``T += h e``. At first g and h fall as 1/n and 1/n^2, which
+    gives the least-squares line of n arrivals. Their lower bounds ``g = T / MEMORY`` and
+    ``h = g^2 / 2`` make the time constant the same at every rate.
 
     Attributes
     ----------
     period : float
         T [s].
     phase : float
-        t less the newest arrival [s]: small, so that no digits of a stamp are lost.
+        t minus the newest arrival [s]: small, so that a float holds all digits.
     jitter : float
         RMS of e over the last MEMORY [s].
     locked : bool
@@ -48,7 +44,7 @@ class ArrivalLine:
         self.restart()
 
     def restart(self) -> None:
-        """Begin with the newest arrival."""
+        """Start again at the newest arrival."""
         self.period = self.phase = self.jitter = 0.0
         self.locked = False
         self._n = 1
@@ -56,16 +52,16 @@ class ArrivalLine:
 
     def update(self, step: int) -> bool:
         """
-        Take an arrival, ``step`` [ns] after the last.
+        Add an arrival, ``step`` [ns] after the last.
 
         Returns
         -------
         bool
-            False where it does not belong to the line, which begins anew with it.
+            False if it does not fit the line, which restarts at it.
 
         """
-        if self._n == 1 and 0 <= step < BUNCHED:
-            return True  # they waited, who knows how long: begin with the last of them
+        if self._n == 1 and 0 <= step < SHORT_STEP:
+            return True  # part of a burst, delayed by an unknown time: start at its end
         e = step * 1e-9 - self.phase - self.period
         if abs(e) > FAR:
             self.restart()
@@ -90,69 +86,85 @@ class ArrivalLine:
 
 class Retiming:
     """
-    Decides which stamps a stream of joint states has: the headers', or even ones.
+    Stamps of a stream of joint states: the headers', or re-timed ones.
 
-    Re-timed stamps lag the robot's own by what messages are on their way, somewhat less than the
-    mean. The line counts messages: one that is lost shifts it by a period, for some seconds.
+    Re-timed stamps lag the robot's by somewhat less than the mean transport delay. The line counts
+    messages: a lost message shifts it by a period for some seconds.
 
     Parameters
     ----------
     mode : str
-        One of :data:`MODES`. 'header': the headers' stamps are believed. 'arrival': they are times
-        of arrival and re-timed. 'auto': they are believed until new data came less than 0.5 ms
-        after the last three times among 100 messages, and re-timed from then on.
+        One of :data:`MODES`. 'header': header stamps. 'arrival': header stamps are times of
+        arrival and are re-timed. 'receipt': times of receipt, re-timed. 'auto': as
+        :class:`.stamp_evidence.StampEvidence` decides; 'header' at first.
 
     Attributes
     ----------
-    retimed : bool
-        Whether stamps are re-timed now, or withheld until they can be.
+    source : str
+        'header', 'arrival' or 'receipt': what stamps are made from now.
     restarted : bool
-        Whether the last stamp that was returned begins a new time line.
+        Whether the last stamp returned starts a new time line.
     resyncs : int
-        How often arrivals left the line that was in use, since the last reset.
+        Number of times that arrivals left the line in use, since the last reset.
 
     """
 
     def __init__(self, mode: str) -> None:
         self._mode = mode
         self._line = ArrivalLine()
-        # Numbers of the messages that came too soon.
-        self._bunched: deque[int] = deque(maxlen=ENOUGH)
         self.reset()
 
     def reset(self) -> None:
-        """Forget the stream, and what its stamps were recognised to be."""
-        self.retimed = self._mode == 'arrival'
+        """Forget the stream and the evidence about its stamps."""
+        self.source = HEADER if self._mode == AUTO else self._mode
         self.restarted = False
         self.resyncs = 0
         self._line.restart()
-        self._bunched.clear()
-        self._n = 0
+        self._evidence = StampEvidence()
         self._last: int | None = None  # stamp of the last message [ns]
-        self._out: int | None = None  # what was returned for it [ns]
-        self._continues = False  # whether the next stamp continues those that were returned
+        self._out: int | None = None  # stamp returned for it [ns]
+        self._continues = False  # whether the next stamp continues the time line
+
+    @property
+    def retimed(self) -> bool:
+        """Whether stamps are re-timed, or withheld until they can be."""
+        return self.source != HEADER
 
     @property
     def period(self) -> 'float | None':
-        """Time between two re-timed stamps [s]; None where there are none."""
+        """Time between two re-timed stamps [s]; None if there are none."""
         return self._line.period if self.retimed and self._line.locked else None
 
     @property
     def jitter(self) -> 'float | None':
-        """RMS of arrivals less re-timed stamps over the last seconds [s]; None without."""
+        """RMS of arrivals minus re-timed stamps over the last seconds [s], or None."""
         return self._line.jitter if self.retimed and self._line.locked else None
 
-    def update(self, stamp_ns: int, fresh: bool) -> 'int | None':
+    def select(self, stamp_ns: int, received_ns: 'int | None') -> int:
         """
-        Take a message's stamp.
+        Return the stamp in use before it is re-timed [ns].
+
+        The time of receipt, if known, replaces a header stamp that is not set (0), and all header
+        stamps if the source is 'receipt'.
+        """
+        if received_ns is not None and (stamp_ns == 0 or self.source == RECEIPT):
+            return received_ns
+        return stamp_ns
+
+    def update(self, stamp_ns: int, fresh: bool, received_ns: 'int | None' = None
+               ) -> 'int | None':
+        """
+        Process a message's stamp.
 
         Parameters
         ----------
         stamp_ns : int
-            The header's [ns].
+            Header stamp [ns].
         fresh : bool
-            False where the data are those of the last message, or another publisher's: then how
-            soon it came tells nothing, and at an equal stamp the last one is returned again.
+            False for data of the last message or of another publisher: the step to it is no
+            evidence, and at an equal stamp the last one is returned again.
+        received_ns : int, optional
+            Time of receipt [ns].
 
         Returns
         -------
@@ -162,21 +174,28 @@ class Retiming:
 
         """
         self.restarted = False
+        before = self.source
+        if self._mode == AUTO:
+            self.source = self._evidence.update(stamp_ns, fresh, received_ns)
+        if self.source != before:
+            self._continues = False
+            if RECEIPT in (self.source, before) and stamp_ns:  # stamps of another clock
+                self._line.restart()
+                self._last = self._out = None
+        stamp_ns = self.select(stamp_ns, received_ns)
         if self._last is None:
             self._last = stamp_ns
-            return None if self.retimed else self._hand_out(stamp_ns)
+            return None if self.retimed else self._return(stamp_ns)
         step = stamp_ns - self._last
         if step == 0 and not fresh:
             return self._out
         self._last = stamp_ns
-        if self._mode == 'header':
-            return self._hand_out(stamp_ns)
-        stays = self._line.update(step)
+        if self._mode == HEADER:
+            return self._return(stamp_ns)
+        fits = self._line.update(step)
         if not self.retimed:
-            if not (fresh and self._is_arrival(step)):
-                return self._hand_out(stamp_ns)
-            self.retimed, self._continues = True, False
-        if not stays:
+            return self._return(stamp_ns)
+        if not fits:
             self.resyncs += self._continues
             self._continues = False
         if not self._line.locked:
@@ -184,18 +203,10 @@ class Retiming:
             return None
         even = stamp_ns + round(self._line.phase * 1e9)
         if self._out is not None and not self._continues and even <= self._out:
-            return None  # the line is behind the last stamp that was believed
-        return self._hand_out(even)
+            return None  # the line is behind the last header stamp that was returned
+        return self._return(even)
 
-    def _is_arrival(self, step: int) -> bool:
-        """Tell whether this step [ns] shows that stamps are times of arrival."""
-        self._n += 1
-        if not 0 <= step < BUNCHED:
-            return False
-        self._bunched.append(self._n)
-        return len(self._bunched) == ENOUGH and self._n - self._bunched[0] < AMONG
-
-    def _hand_out(self, stamp_ns: int) -> int:
+    def _return(self, stamp_ns: int) -> int:
         self.restarted = not self._continues
         self._continues = True
         self._out = stamp_ns

@@ -1,7 +1,7 @@
 """
-Every setting of the predictor, stated once: name, default, unit, range, meaning.
+Table of the predictor's settings: name, default, unit, range, description.
 
-The node declares its parameters from this table, and parameter files are checked against it.
+The node declares its parameters from this table; parameter files are checked against it.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ from ..model.arrays import Array
 from ..model.effort import (COULOMB_VELOCITY, DAHL_LENGTH, EffortModel, SPRING_COEFFICIENTS,
                             SPRING_RANGE)
 from ..model.exceptions import ArgumentError
-from ..model.joints import mount, N_JOINTS, SIDES
+from ..model.joints import BASE_FRAME, mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
 from ..model.tilt import gravity_in_base
 from ..model.validation import finite, number
@@ -39,7 +39,7 @@ _ZEROS = (0.0,) * N_JOINTS
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting; a tuple as default means a list of as many numbers."""
+    """One setting; a tuple as default means a list of that many numbers."""
 
     name: str
     default: str | bool | int | float | tuple[float, ...]
@@ -65,10 +65,7 @@ class Setting:
                 raise ArgumentError(self.name, f'expected true or false, got {value!r}')
             return value
         if isinstance(self.default, str):
-            if not isinstance(value, str) or self.choices and value not in self.choices:
-                expected = f'one of {", ".join(self.choices)}' if self.choices else 'text'
-                raise ArgumentError(self.name, f'expected {expected}, got {value!r}')
-            return value
+            return self._check_text(value)
         if isinstance(self.default, int):
             if not isinstance(value, int) or isinstance(value, bool):
                 raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
@@ -80,83 +77,94 @@ class Setting:
             number(f'{self.name}[{i}]', element, self.lower, self.upper, self.unit)
         return values
 
+    def _check_text(self, value: Any) -> str:
+        if self.choices and value not in self.choices:
+            raise ArgumentError(
+                self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
+        if not isinstance(value, str) or not value.isprintable():
+            raise ArgumentError(self.name, f'expected printable text, got {value!r}')
+        return value
+
 
 SETTINGS = (
-    Setting('arm', 'right', 'Which arm: its joints are picked by name.', choices=SIDES,
+    Setting('arm', 'right', 'Arm to predict.', choices=SIDES, read_only=True),
+    Setting('joint_prefix', '',
+            "Prefix of the joint names in the messages: with 'robot_1/', the first joint of the "
+            'right arm is robot_1/right_s0.', read_only=True),
+    Setting('frame_id', BASE_FRAME, 'Frame of the published messages: the base of the robot.',
             read_only=True),
     Setting('method', 'lagrange_euler',
-            'Inverse dynamics: the closed form, or the recursive method computed by Pinocchio.',
-            choices=METHODS),
+            'Inverse dynamics: lagrange_euler is the closed form, newton_euler the recursive '
+            'method of Pinocchio.', choices=METHODS),
     Setting('acceleration.cutoff', 5.0,
-            'Cut-off of the second-order Butterworth derivative of the velocity.', 'Hz',
-            0.5, 50.0),
+            'Cutoff frequency of the second-order Butterworth filter that differentiates '
+            'velocity.', 'Hz', 0.5, 50.0),
     Setting('acceleration.velocity_lag', 0.014,
-            'How far the measured velocity lags position and effort.', 's', 0.0, 0.2),
+            'Time by which measured velocity lags position and effort.', 's', 0.0, 0.2),
     Setting('stamps', MODES[0],
-            "What the joint states' stamps are: header: the robot's; arrival: times of arrival, "
-            'which are re-timed; auto: the first, until they prove to be the second.',
+            'Source of time. header: the header stamps. arrival: header stamps that are times of '
+            'arrival, re-timed. receipt: the time of receipt at the node, re-timed. auto: header '
+            'until the stamps prove to be times of arrival (arrival) or to stand still (receipt).',
             choices=MODES),
     Setting('align', True,
-            'Predict for the instant the acceleration belongs to, and compare with the effort '
-            'of that instant. False: newest values, lagging acceleration.'),
+            'Align position, velocity and effort with the delayed acceleration, so that all are '
+            'of one instant. If false, the newest values are used with it.'),
     Setting('effort_model.enabled', True,
-            'Spring, friction and bias of the real robot. False for a simulator: effort = tau.'),
+            'Model the spring, friction and bias of the real robot. If false, predicted effort '
+            'is tau, as in a simulator.'),
     Setting('effort_model.spring_coefficients', SPRING_COEFFICIENTS,
-            'Spring at s1, as coefficients of 1, sin q, cos q, sin 2q, cos 2q.', 'N m',
+            'Coefficients of the spring at s1: of 1, sin q, cos q, sin 2q, cos 2q.', 'N m',
             -200.0, 200.0),
     Setting('effort_model.spring_range', SPRING_RANGE,
-            'The s1 angles for which they hold; beyond, the value at the border is held.', 'rad',
-            -3.2, 3.2),
+            'Range of s1 in which the spring model is valid; beyond it, its value at the border '
+            'is held.', 'rad', -3.2, 3.2),
     Setting('effort_model.coulomb', _ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0),
     Setting('effort_model.coulomb_velocity', COULOMB_VELOCITY,
-            "Width of the Coulomb friction's change of sign.", 'rad/s', 1e-3, 1.0),
+            'Velocity over which Coulomb friction changes sign.', 'rad/s', 1e-3, 1.0),
     Setting('effort_model.viscous', _ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0),
-    Setting('effort_model.dahl', _ZEROS, "Dahl's pre-sliding friction per joint.", 'N m',
+    Setting('effort_model.dahl', _ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m',
             0.0, 50.0),
     Setting('effort_model.dahl_length', DAHL_LENGTH,
-            "The angle over which Dahl's friction turns round.", 'rad', 1e-4, 1.0),
-    Setting('effort_model.bias', _ZEROS, 'Offset of the measured effort per joint.', 'N m',
+            'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0),
+    Setting('effort_model.bias', _ZEROS, 'Offset of measured effort per joint.', 'N m',
             -50.0, 50.0),
-    Setting('effort_model.stiffness', _ZEROS, 'Of the cables that a joint bends, per joint.',
-            'N m/rad', -50.0, 50.0),
+    Setting('effort_model.stiffness', _ZEROS, 'Cable stiffness per joint.', 'N m/rad',
+            -50.0, 50.0),
     Setting('effort_model.added_inertia', _ZEROS,
-            "Inertia beyond the links' that the measured effort shows, per joint.", 'kg m^2',
-            -5.0, 5.0),
+            'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0),
     Setting('external_effort.gain', GAIN,
-            'Bandwidth of the momentum observer: it follows an external torque in 1 / gain.',
-            '1/s', 0.5, 100.0),
-    Setting('contact.floor', FLOOR,
-            'External torque off that of free motion that is contact at the least, per joint.',
-            'N m', 0.001, 100.0),
+            'Gain of the momentum observer: its time constant is 1 / gain.', '1/s', 0.5, 100.0),
+    Setting('contact.floor', FLOOR, 'Minimum contact threshold per joint.', 'N m', 0.001, 100.0),
     Setting('contact.limit', LIMIT,
-            'What the model may be wrong by, per joint: what is beyond stays contact.', 'N m',
-            0.001, 100.0),
+            'Largest model error per joint: a larger external torque is contact for as long as '
+            'it lasts.', 'N m', 0.001, 100.0),
     Setting('contact.sigmas', SIGMAS,
-            'So many sigma of free motion are contact, where that is more than the floor.', '',
+            'Contact threshold in standard deviations of the free-motion residual.', '',
             1.0, 100.0),
-    Setting('contact.samples', SAMPLES, 'So many samples in a row are contact.', '', 1, 1000),
+    Setting('contact.samples', SAMPLES,
+            'Consecutive samples above the threshold before contact is reported.', '', 1, 1000),
     Setting('contact.hysteresis', HYSTERESIS,
-            'Contact ends where all joints are back within this part of their thresholds.', '',
-            0.0, 1.0),
-    Setting('contact.memory', MEMORY, 'The time over which sigma is learnt.', 's', 1.0, 3600.0),
-    Setting('gravity', paper_tables.GRAVITY,
-            "Gravity vector in the robot's base frame, were the base level.", 'm/s^2',
-            -30.0, 30.0),
-    Setting('base.roll', 0.0, "Tilt of the robot's base about its x axis: left up.", 'rad',
-            -3.2, 3.2),
-    Setting('base.pitch', 0.0, '... and then about the level y axis: front down.', 'rad',
-            -3.2, 3.2),
-    Setting('payload.mass', 0.0, 'Mass of what the hand carries.', 'kg', 0.0, 10.0),
-    Setting('payload.center_of_mass', (0.0, 0.0, 0.0), 'Its centre of mass in the hand frame.',
-            'm', -1.0, 1.0),
+            'Fraction of the threshold below which contact ends.', '', 0.0, 1.0),
+    Setting('contact.memory', MEMORY,
+            'Time constant for learning the standard deviation of free motion.', 's', 1.0, 3600.0),
+    Setting('gravity', paper_tables.GRAVITY, 'Gravity vector in the frame of a level base.',
+            'm/s^2', -30.0, 30.0),
+    Setting('base.roll', 0.0,
+            'Tilt of the base about its x axis; positive raises its left side.', 'rad', -3.2, 3.2),
+    Setting('base.pitch', 0.0,
+            'Tilt of the base about the level y axis, after roll; positive lowers its front.',
+            'rad', -3.2, 3.2),
+    Setting('payload.mass', 0.0, 'Mass of the payload.', 'kg', 0.0, 10.0),
+    Setting('payload.center_of_mass', (0.0, 0.0, 0.0),
+            'Centre of mass of the payload in the hand frame.', 'm', -1.0, 1.0),
     Setting('payload.inertia', (0.0,) * 6,
-            'Its inertia about its centre of mass, hand-frame axes: xx, yy, zz, xy, yz, xz.',
-            'kg m^2', -2.0, 2.0),
+            'Inertia of the payload about its centre of mass, in the axes of the hand frame: xx, '
+            'yy, zz, xy, yz, xz.', 'kg m^2', -2.0, 2.0),
     Setting('links.mass', tuple(row[-1] for row in paper_tables.TABLE_II),
             'Mass of each link (Table II).', 'kg', 0.0, 20.0),
     Setting('links.center_of_mass', sum(paper_tables.TABLE_IV, ()),
-            "Centre of mass x, y, z of each link in turn, in the link's frame (Table IV).", 'm',
-            -1.0, 1.0),
+            'Centre of mass x, y, z of each link in turn, in the frame of the link (Table IV).',
+            'm', -1.0, 1.0),
     Setting('links.inertia', sum(paper_tables.TABLE_III, ()),
             'Inertia xx, yy, zz, xy, yz, xz of each link in turn, about its centre of mass '
             '(Table III).', 'kg m^2', -2.0, 2.0),
@@ -167,12 +175,12 @@ DEFAULTS = {setting.name: setting.default for setting in SETTINGS}
 
 class PredictorSettings:
     """
-    A complete, valid set of settings, and what is built from it.
+    A complete, valid set of settings, and the objects made from it.
 
     Parameters
     ----------
     values : dict, optional
-        Setting name to value; what is missing has its default.
+        Setting name to value; settings that are not given have their defaults.
 
     Attributes
     ----------
@@ -181,9 +189,9 @@ class PredictorSettings:
     arm : BaxterArm
         The model, in the robot's base frame.
     effort_model : EffortModel
-        From tau to measured effort.
+        Model of measured effort.
     model : ArmModel
-        Both, as a stream uses them.
+        Both, as the stream handler uses them.
 
     Raises
     ------
@@ -213,9 +221,9 @@ class PredictorSettings:
 
     def warm_up(self) -> 'PredictorSettings':
         """
-        Compute once what messages and services will ask for, and return these settings.
+        Compute everything once that messages and services need, and return these settings.
 
-        numba, where it computes, loads or compiles then, and not when a message waits.
+        Where numba is used, it compiles now and not while a message waits.
         """
         q, qd, qdd = np.zeros((3, N_JOINTS))
         self.model.inverse_dynamics(q, qd, qdd)
@@ -225,12 +233,13 @@ class PredictorSettings:
         return self
 
     def predictor(self, external: bool = False) -> Predictor:
-        """Return a new stream handler with these settings, which tells external effort or not."""
-        return Predictor(Stream(self.values['arm'], self.values['stamps']), self.model,
-                         self._estimator(), self._external() if external else None)
+        """Return a new stream handler, with or without an estimate of external effort."""
+        stream = Stream(self.values['arm'], self.values['stamps'], self.values['joint_prefix'])
+        return Predictor(stream, self.model, self._estimator(),
+                         self._external() if external else None)
 
     def configure(self, predictor: Predictor, before: 'PredictorSettings') -> None:
-        """Bring a stream handler here from the settings ``before``; the arm must be the same."""
+        """Apply these settings to a stream handler of the same arm with settings ``before``."""
         def changed(*groups: str) -> bool:
             return any(self._group(group) != before._group(group) for group in groups)
         if changed(*_MODEL):
@@ -250,7 +259,7 @@ class PredictorSettings:
                               **self._group('contact'))
 
     def _group(self, prefix: str) -> dict[str, Any]:
-        """Return the settings of a group by what follows its name, or the one of that name."""
+        """Return a group of settings without its prefix, or the single setting of that name."""
         if prefix in self.values:
             return {prefix: self.values[prefix]}
         start = prefix + '.'

@@ -1,4 +1,4 @@
-"""Velocity from positions, for robots that publish none: least-squares slope over a window."""
+"""Velocity from positions, for joint states without velocity."""
 
 from collections import deque
 
@@ -8,21 +8,28 @@ from .continuity import SHORTEST_PERIOD
 from ..model.arrays import Array
 
 WINDOW = 0.030  # [s]
-_TOLERANCE = 0.1  # of the window, so that jitter does not decide how many samples are in it
+_TOLERANCE = 0.1  # of the window, so that jitter does not change the number of samples in it
+_MAX_SAMPLES = 256  # stamps that hardly advance would fill the window without end
 
 
 class PositionSlope:
     """
     Least-squares slope of the positions of the last 30 ms.
 
-    The window is longer at low rates, and where stamps of arrival come in bunches: over less than
-    SHORTEST_PERIOD a slope means nothing.
+    The window is longer at low rates and for bursts of times of arrival: a slope over less than
+    SHORTEST_PERIOD is meaningless.
+
+    Attributes
+    ----------
+    lag : float
+        Time by which the slope lags the last position [s].
+
     """
 
     def __init__(self) -> None:
-        self._samples: deque[tuple[float, Array]] = deque()
+        self._samples: deque[tuple[float, Array]] = deque(maxlen=_MAX_SAMPLES)
         self._slope: Array | None = None  # [rad/s]
-        self.lag = 0.0  # how far behind the last position the slope is [s]
+        self.lag = 0.0
 
     def reset(self) -> None:
         """Forget all samples."""
@@ -31,7 +38,7 @@ class PositionSlope:
         self.lag = 0.0
 
     def update(self, t: float, q: Array) -> Array:
-        """Take position q (7,) [rad] at t [s]; return the slope (7,) [rad/s], zero at first."""
+        """Add position q (7,) [rad] at t [s]; return the slope (7,) [rad/s], zero at first."""
         samples = self._samples
         if samples and samples[-1][0] == t:
             samples.pop()

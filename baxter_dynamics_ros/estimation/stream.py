@@ -1,4 +1,4 @@
-"""The door: joint states in, the samples of one arm out, on an even time line; all counted."""
+"""Stream of one arm's samples from joint states: validated, on one time line, counted."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -6,124 +6,169 @@ from typing import NamedTuple
 
 from .continuity import Continuity, UNKNOWN_PERIOD
 from .events import DROPPED, Event, RESETS
-from .joint_selection import Intake
+from .joint_selection import JointSelector
 from .retiming import Retiming
+from .stamp_evidence import SHORT_STEP
+from .velocity_check import VelocityCheck
 from ..model.arrays import Array
 
 
 class State(NamedTuple):
     """The arm's state as last measured; arrays (7,) in joint order."""
 
-    stamp_ns: int  # the header's, or re-timed [ns]
+    stamp_ns: int  # of the header, or re-timed [ns]
     q: Array  # [rad]
-    qd: 'Array | None'  # [rad/s]
-    effort: 'Array | None'  # [N m]; None where there is none, or none that is valid
+    qd: 'Array | None'  # [rad/s]; None if missing or contradicted by the positions
+    effort: 'Array | None'  # [N m]; None if missing or invalid
 
 
 class Sample(NamedTuple):
-    """A state that is part of the stream, and how it continues it."""
+    """A state of a stream, and its relation to the one before."""
 
     state: State
-    dt: float  # since the sample before [s]; of no meaning where the stream begins
-    begins: bool  # nothing before it belongs to the same motion
+    dt: float  # time since the last sample [s]; 0 where the stream begins
+    begins: bool  # the sample does not continue the motion before it
 
 
 class Stream:
     """
-    Takes joint states, and hands on those of one arm that belong to one motion.
+    Extracts one arm's samples from joint states.
 
     Parameters
     ----------
     side : str
         'right' or 'left'.
     stamps : str
-        One of :data:`.retiming.MODES`: what the messages' stamps are.
+        Source of stamps: one of :data:`.retiming.MODES`.
+    prefix : str
+        Prefix of the joint names in the messages.
 
     Attributes
     ----------
+    selector : JointSelector
+        Selects the arm's joints.
     counts : Counter
-        How often each :class:`Event` occurred; under 'received' all messages, under 'taken' those
+        Number of occurrences of each :class:`Event`; 'received' counts all messages, 'taken' those
         that were not dropped.
     latest : State or None
         The newest measured state.
     clock : Retiming
-        Makes the stamps that are used.
+        Makes the stamps in use.
+    velocity_check : VelocityCheck
+        Compares measured velocity with the positions.
     begins : bool
-        Whether the next sample will be the first of its motion.
+        Whether the next sample will begin the stream.
 
     """
 
-    def __init__(self, side: str, stamps: str) -> None:
-        self.intake = Intake(side)
+    def __init__(self, side: str, stamps: str, prefix: str = '') -> None:
+        self.selector = JointSelector(side, prefix)
         self.counts: Counter[Event | str] = Counter()
         self.latest: State | None = None
         self.clock = Retiming(stamps)
+        self.velocity_check = VelocityCheck()
         self._continuity = Continuity()
         self.begins = True
 
     def reset(self, stamps: str | None = None) -> None:
-        """Forget the stream, the counts stay; from now on stamps are as given, if they are."""
+        """Forget the stream but not the counts; change the source of stamps if given."""
         self.counts[Event.RESET_REQUESTED] += 1
         if stamps is not None:
             self.clock = Retiming(stamps)
         self.clock.reset()
+        self.velocity_check.reset()
         self._continuity.forget()
         self.begins = True
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array) -> 'Sample | None':
+             effort: Array, received_ns: 'int | None' = None) -> 'Sample | None':
         """
-        Take a joint state, given as to :meth:`.predictor.Predictor.handle`.
+        Process a joint state; for the arguments see :meth:`.predictor.Predictor.handle`.
 
         Returns
         -------
         Sample or None
-            None for messages that are dropped, which ``counts`` tells, and while the period of
-            stamps that are re-timed is not known.
+            None for messages that are dropped, and while the period of re-timed stamps is not
+            known; ``counts`` has the reason.
 
         """
         self.counts['received'] += 1
-        reading = self.intake.read(names, position, velocity, effort)
+        reading = self.selector.read(names, position, velocity, effort)
         if isinstance(reading, Event):
             self.counts[reading] += 1
             return None
         q, qd, measured = reading
-        period = self.clock.period or (UNKNOWN_PERIOD if self.clock.retimed else None)
-        verdict = self._continuity.judge(stamp_ns, q, qd, measured, period)
-        if verdict is not None and not (verdict is Event.REPEATED_STAMP and self.clock.retimed):
+        clock = self.clock
+        stamp = clock.select(stamp_ns, received_ns)
+        period = clock.period or (UNKNOWN_PERIOD if clock.retimed else None)
+        verdict = self._continuity.judge(stamp, q, qd, measured, period)
+        if verdict is not None and verdict is not Event.REPEATED_STAMP:
             self.counts[verdict] += 1
             if verdict in DROPPED:
                 return None
             self.begins = self.begins or verdict in RESETS
         self.counts['taken'] += 1
+        if stamp_ns == 0 and received_ns is not None:
+            self.counts[Event.UNSTAMPED] += 1
         if qd is None:
             self.counts[Event.VELOCITY_MISSING] += 1
-        # What another publisher sends right after the robot says nothing of the robot's stamps.
-        tells = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
-        return self._sample(stamp_ns, tells, q, qd, self._valid(measured))
-
-    def _sample(self, stamp_ns: int, tells: bool, q: Array, qd: Array | None,
-                effort: Array | None) -> Sample | None:
-        """Return the sample at its time on the stream's own line; None while that is unknown."""
-        clock = self.clock
-        before = clock.retimed, clock.resyncs
-        time_ns = clock.update(stamp_ns, tells)
-        if (clock.retimed, clock.resyncs) != before:
-            self.counts[Event.RESET_RESYNC if before[0] else Event.RESET_RETIMED] += 1
+        effort_used = self._valid(measured)
+        # The step to another publisher's data is no evidence about the robot's stamps.
+        fresh = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
+        time_ns = self._time(stamp_ns, fresh, received_ns)
         if time_ns is None:
-            self.latest = State(stamp_ns, q, qd, effort)
+            self.counts[Event.AWAITING_PERIOD] += 1
+            self.latest = State(stamp, q, qd, effort_used)
             self.begins = True
             return None
+        return self._sample(time_ns, fresh, q, qd, effort_used)
+
+    def _time(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> int | None:
+        """Return a message's time on the stream's time line [ns]; None while it is unknown."""
+        clock = self.clock
+        source, resyncs, selected = clock.source, clock.resyncs, clock.select(
+            stamp_ns, received_ns)
+        time_ns = clock.update(stamp_ns, fresh, received_ns)
+        if clock.source != source:
+            self.counts[Event.RESET_STAMP_SOURCE] += 1
+            if clock.select(stamp_ns, received_ns) != selected:
+                self._continuity.forget()  # the next stamp is of another clock
+        elif clock.resyncs != resyncs:
+            self.counts[Event.RESET_RESYNC] += 1
         self.begins = self.begins or clock.restarted
-        last = self.latest
-        dt = 0.0 if self.begins or last is None else (time_ns - last.stamp_ns) * 1e-9
+        return time_ns
+
+    def _sample(self, time_ns: int, fresh: bool, q: Array, qd: Array | None,
+                effort: Array | None) -> Sample:
+        last, step = self.latest, 0
+        if self.begins or last is None:
+            self.velocity_check.restart()
+        else:
+            step = time_ns - last.stamp_ns
+            if fresh and step < SHORT_STEP and not self.clock.retimed:
+                self.counts[Event.REPEATED_STAMP] += 1
+        dt, usable = step * 1e-9, self.velocity_check.usable
+        qd = self._usable(dt, q, qd)
+        if self.velocity_check.usable != usable:
+            self.counts[Event.RESET_VELOCITY_SOURCE] += 1
+            self.begins, dt = True, 0.0
         self.latest = State(time_ns, q, qd, effort)
         sample = Sample(self.latest, dt, self.begins)
         self.begins = False
         return sample
 
+    def _usable(self, dt: float, q: Array, qd: Array | None) -> Array | None:
+        """Return measured velocity, or None if it is missing or contradicts the positions."""
+        if qd is None:
+            self.velocity_check.restart()
+            return None
+        usable = self.velocity_check.update(dt, q, qd)
+        if self.velocity_check.mismatch is not None:
+            self.counts[Event.POSITION_FROZEN if usable else Event.VELOCITY_MISMATCH] += 1
+        return qd if usable else None
+
     def _valid(self, effort: Array | None) -> Array | None:
-        """Return the measured effort, or None where the robot cannot have measured it."""
+        """Return the measured effort, or None if the robot cannot have measured it."""
         if effort is None:
             self.counts[Event.EFFORT_MISSING] += 1
         elif not any(effort.tolist()):

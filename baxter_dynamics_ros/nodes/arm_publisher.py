@@ -15,12 +15,10 @@ from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
 from .period import PeriodStatistics
 from .services import Answers
-from ..estimation.events import Event
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
-from ..model.joints import BASE_FRAME
 
 
 class Arm:
@@ -63,10 +61,10 @@ class Arm:
         self._wrench = self._publisher(WrenchStamped, topics.EXTERNAL_WRENCH)
         self._contact = self._publisher(Bool, topics.CONTACT)
         # One message of each kind, filled anew each time: rclpy copies what it publishes.
-        self._joint_state = joint_state(self.predictor.stream.intake.names, 0)
+        self._joint_state = joint_state(self.predictor.stream.selector.names, 0)
         self._wrench_stamped = WrenchStamped()
         for message in (self._joint_state, self._wrench_stamped):
-            message.header.frame_id = BASE_FRAME  # RViz shows no joint state without a frame
+            message.header.frame_id = settings.values['frame_id']
         self._bool = Bool()
 
     @property
@@ -79,19 +77,14 @@ class Arm:
         """Time since the last prediction [s]; infinite if there was none."""
         return time.monotonic() - self._predicted
 
-    def take(self, stamp_ns: int, stamped: bool, names: Sequence[str], position: Array,
-             velocity: Array, effort: Array) -> None:
-        """
-        Take a joint state, as the stream handler does, and publish what it gives.
-
-        ``stamped`` is false where its stamp is not its own, but the time of arrival here.
-        """
+    def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
+             effort: Array, received_ns: int) -> None:
+        """Process a joint state, as the stream handler does, and publish the results."""
         predictor = self.predictor
         taken = predictor.counts['taken']
-        prediction = predictor.handle(stamp_ns, names, position, velocity, effort)
+        prediction = predictor.handle(stamp_ns, names, position, velocity, effort, received_ns)
         if predictor.counts['taken'] != taken:
             self._taken = time.monotonic()
-            predictor.counts[Event.UNSTAMPED] += not stamped
         if prediction is not None:
             self._predicted = self._taken
             self._tell_prediction(prediction)

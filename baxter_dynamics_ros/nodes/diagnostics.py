@@ -7,8 +7,9 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from .arm_publisher import Arm
+from .message_loss import MessageLoss
 from .process import GuardedExecutor
-from ..estimation.events import DROPPED, Event, NO_EFFORT, REMEDIES, RESETS
+from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, REMEDIES, RESETS
 from ..estimation.external import LOWEST_RATE
 from ..model.arrays import Bools
 from ..model.joints import JOINTS
@@ -24,21 +25,30 @@ _LOCKS_WITHIN = 3.0  # [s] that re-timing may need to find a period
 _GRACE = 2.0  # [s] that the filter may need beyond its settling time
 _SAMPLES_PER_CYCLE = 4  # minimum, of the cut-off frequency
 
-_INPUT_EVENTS = DROPPED + (Event.REPEATED_STAMP, Event.UNSTAMPED, Event.VELOCITY_MISSING)
+_TYPE = 'sensor_msgs/msg/JointState'
+_SHOWN = 6  # joint names in a message of a status
+
+_INPUT_EVENTS = DROPPED + NO_VELOCITY + (Event.POSITION_FROZEN, Event.REPEATED_STAMP,
+                                         Event.UNSTAMPED)
 _FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 
 # Messages of statuses, beside the REMEDIES of events. docs/node.md explains each.
 SAYS = {
     'input': 'joint states arrive on {topic}',
-    'no input': 'no joint states of the {side} arm on {topic}: is the bridge running, and is the '
-                'ROS domain the same?',
-    'other arm': 'no joint states of the {side} arm on {topic}: others arrive, so is the other '
-                 'arm meant (parameter arm)?',
-    'header': 'stamps are believed',
-    'retimed': 'stamps are times of arrival, and are re-timed',
-    'locking': 'stamps are times of arrival; their period is being found',
-    'never locks': 'stamps are times of arrival of no even period: do joint states come at one '
-                   'rate, from one publisher?',
+    'no publisher': '{topic} has no publisher',
+    'other type': '{topic} is published as {types}; this node needs sensor_msgs/msg/JointState',
+    'no messages': 'no joint states received from {count} publishers of {topic}',
+    'no names': 'joint states on {topic} have no joint names; looking for {wanted}',
+    'other names': 'joint states on {topic} name {seen}; looking for {wanted} (parameters arm and '
+                   'joint_prefix)',
+    'mismatch': '; {joint} moved {moved:.3f} rad in {duration:.1f} s by its position, '
+                '{integrated:.3f} rad by its velocity',
+    'lost': '; {lost} messages were lost before they reached the node',
+    'header': 'using header stamps',
+    'arrival': 'header stamps are times of arrival: re-timed',
+    'receipt': 'using the time of receipt, re-timed',
+    'locking': 'waiting for the period of the messages',
+    'never locks': 'messages have no even period: no predictions',
     'running': 'acceleration filter is running',
     'settling': 'acceleration filter is settling',
     'waiting': 'waiting for joint states',
@@ -71,9 +81,10 @@ class Source(NamedTuple):
     node: Node
     topic: str  # of the joint states
     arm: Arm
+    loss: MessageLoss
 
 
-def report(node: Node, topic: str, arm: Arm) -> list[DiagnosticStatus]:
+def report(node: Node, topic: str, arm: Arm, loss: MessageLoss) -> list[DiagnosticStatus]:
     """
     Return the diagnostic statuses of a node.
 
@@ -85,14 +96,16 @@ def report(node: Node, topic: str, arm: Arm) -> list[DiagnosticStatus]:
         Topic of the joint states.
     arm : Arm
         The node's arm, with statistics that are closed.
+    loss : MessageLoss
+        Messages lost on the topic.
 
     """
-    source = Source(node, topic, arm)
+    source = Source(node, topic, arm, loss)
     statuses = []
     for name, task in TASKS.items():
         status = DiagnosticStatus(
             name=f'{node.get_fully_qualified_name().lstrip("/")}: {name}',
-            hardware_id=f'baxter_{arm.predictor.stream.intake.side}_arm')
+            hardware_id=f'baxter_{arm.predictor.stream.selector.side}_arm')
         task(status, source)
         statuses.append(status)
     return statuses
@@ -100,20 +113,55 @@ def report(node: Node, topic: str, arm: Arm) -> list[DiagnosticStatus]:
 
 def _input(status: DiagnosticStatus, source: Source) -> None:
     arm, topic = source.arm, source.topic
+    stream = arm.predictor.stream
+    types = sorted({publisher.topic_type for publisher in
+                    source.node.get_publishers_info_by_topic(topic)})
     _summarize(status, OK, 'input', topic=topic)
     _warn_of(status, _INPUT_EVENTS, arm)
+    mismatch = stream.velocity_check.mismatch
+    if mismatch is not None and status.level == WARN:
+        status.message += SAYS['mismatch'].format(**mismatch._asdict())
+    lost = arm.statistics.lost_since(source.loss.lost)
+    if lost:
+        status.level = WARN
+        status.message += SAYS['lost'].format(lost=lost)
     if arm.age > STALE_AFTER:
         if status.level == OK:
-            what = 'other arm' if arm.statistics.since(Event.NOT_THIS_ARM) else 'no input'
-            _summarize(status, STALE, what, topic=topic,
-                       side=arm.predictor.stream.intake.side)
-        else:  # they arrive, and none can be used
+            _explain_silence(status, source, types)
+        else:  # messages arrive, and none can be used
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
     _add(status, 'age [s]', f'{arm.age:.3f}')
     _add(status, 'publishers', source.node.count_publishers(topic))
+    _add(status, 'types seen', ', '.join(types) or 'none')
+    _add(status, 'joints looked for', ' '.join(stream.selector.names))
+    _add(status, 'other joints seen', _listed(stream.selector.other_names or ()) or 'none')
+    _add(status, 'lost', source.loss.lost)
     _add(status, 'received', arm.predictor.counts['received'])
     _add_counts(status, _INPUT_EVENTS, arm)
+
+
+def _explain_silence(status: DiagnosticStatus, source: Source, types: list[str]) -> None:
+    """Report what arrives instead of the arm's joint states."""
+    selector = source.arm.predictor.stream.selector
+    seen = selector.other_names if source.arm.statistics.since(Event.NOT_THIS_ARM) else None
+    if seen is not None:
+        what = 'other names' if seen else 'no names'
+    elif not types:
+        what = 'no publisher'
+    else:
+        what = 'no messages' if _TYPE in types else 'other type'
+    _summarize(status, STALE, what, topic=source.topic, types=', '.join(types),
+               count=source.node.count_publishers(source.topic), seen=_listed(seen or ()),
+               wanted=f'{selector.names[0]} ... {selector.names[-1]}')
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """Return some names from outside in printable form."""
+    shown = [''.join(c if c.isprintable() else ascii(c)[1:-1] for c in name[:40])
+             for name in names[:_SHOWN]]
+    more = len(names) - len(shown)
+    return ', '.join(shown) + (f' and {more} more' if more > 0 else '')
 
 
 def _stamps(status: DiagnosticStatus, source: Source) -> None:
@@ -121,18 +169,20 @@ def _stamps(status: DiagnosticStatus, source: Source) -> None:
     clock = arm.predictor.stream.clock
     if arm.age > STALE_AFTER:
         _summarize(status, STALE, 'waiting')
-    elif not clock.retimed:
-        _summarize(status, OK, 'header')
-    elif clock.period:
-        _summarize(status, OK, 'retimed')
+    elif not clock.retimed or clock.period:
+        _summarize(status, OK, clock.source)
     elif arm.statistics.dry > _LOCKS_WITHIN:
         _summarize(status, WARN, 'never locks')
     else:
         _summarize(status, OK, 'locking')
+    _add(status, 'source', clock.source)
     _add(status, 're-timed', clock.retimed)
+    if arm.predictor.latest is not None:
+        _add(status, 'newest stamp [s]', f'{arm.predictor.latest.stamp_ns * 1e-9:.3f}')
     if clock.retimed and clock.period:
         _add(status, 'period [s]', f'{clock.period:.6f}')
         _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')
+    _add(status, Event.AWAITING_PERIOD.value, arm.predictor.counts[Event.AWAITING_PERIOD])
     _add(status, 'delay of predictions [s]', f'{arm.predictor.delay:.4f}')
     _add(status, 'delay of external effort [s]', f'{arm.predictor.estimator.velocity_lag:.4f}')
 

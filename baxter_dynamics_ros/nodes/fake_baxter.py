@@ -12,7 +12,7 @@ from .messages import from_field, joint_state
 from .process import run
 from .ros_parameters import ParameterNode
 from ..estimation.events import Event
-from ..estimation.joint_selection import Intake
+from ..estimation.joint_selection import JointSelector
 from ..estimation.settings import Setting, SETTINGS
 from ..model.arrays import Array
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
@@ -67,7 +67,7 @@ class FakeBaxterNode(ParameterNode):
         self.apply(given)
         self.accept_changes()
 
-        self._intake = Intake(given['arm'])
+        self._selector = JointSelector(given['arm'])
         self._refused = 0  # torque commands
         self._was_commanded = False
         self.create_subscription(
@@ -117,9 +117,9 @@ class FakeBaxterNode(ParameterNode):
 
     def _torque(self, message: JointState) -> Array:
         """Return a command's effort (7,) [N m], matched to the arm's joints by name."""
-        layout = self._intake.layout(message.name)
+        layout = self._selector.layout(message.name)
         if isinstance(layout, Event):
-            raise ArgumentError('name', f'expected each of {" ".join(self._intake.names)} once '
+            raise ArgumentError('name', f'expected each of {" ".join(self._selector.names)} once '
                                 f'({layout.value})')
         if len(message.effort) != len(message.name):
             raise ArgumentError('effort', f'expected {len(message.name)} values, as many as name, '

@@ -39,6 +39,7 @@ class PeriodStatistics:
         self.dry = 0.0
         self.withheld = 0
         self.unexplained: float | None = None
+        self._lost = 0
         self._failures = 0
         self.begin()
 
@@ -75,6 +76,11 @@ class PeriodStatistics:
     def failures_since(self, failures: int) -> int:
         """Return how many of all ``failures`` are new since the last call."""
         new, self._failures = failures - self._failures, failures
+        return new
+
+    def lost_since(self, lost: int) -> int:
+        """Return how many of all ``lost`` messages are new since the last call."""
+        new, self._lost = lost - self._lost, lost
         return new
 
     def since(self, event: Event | str) -> int:

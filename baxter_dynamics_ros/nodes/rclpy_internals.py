@@ -7,9 +7,9 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 
-def take_waiting(subscription: Subscription, limit: int) -> Iterator[Any]:
+def take_waiting(subscription: Subscription, limit: int) -> Iterator[tuple[Any, dict[str, Any]]]:
     """
-    Yield messages that wait in the middleware, at most ``limit``.
+    Yield messages that wait in the middleware with their information, at most ``limit``.
 
     An executor takes one message of a subscription each time it has looked at all services and
     timers, which at 1000 Hz costs most of a core.
@@ -18,7 +18,7 @@ def take_waiting(subscription: Subscription, limit: int) -> Iterator[Any]:
         waiting = subscription.handle.take_message(subscription.msg_type, False)
         if waiting is None:
             return
-        yield waiting[0]
+        yield waiting
 
 
 def given_parameters(node: Node) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 import math
+import time
 from typing import Any
 
 from rcl_interfaces.msg import (FloatingPointRange, IntegerRange, ParameterDescriptor,
@@ -16,6 +17,7 @@ from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
 
 NO_SUCH = 'no such parameter'
+_PER_SECOND = 200  # parameters set or refused; more would delay joint states
 
 
 class ParameterNode(Node):
@@ -41,6 +43,7 @@ class ParameterNode(Node):
         super().__init__(name)
         self.values: dict[str, Any] = {}
         self._settings: dict[str, Setting] = {}
+        self._second, self._requested = time.monotonic(), 0
         self._accepted: Any = None  # what build() returned of the values accepted last
 
     def build(self, values: dict[str, Any]) -> Any:
@@ -94,6 +97,12 @@ class ParameterNode(Node):
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters as rclpy does, but name the parameter that is refused and the reason."""
+        if time.monotonic() - self._second > 1.0:
+            self._second, self._requested = time.monotonic(), 0
+        self._requested += len(parameter_list)
+        if self._requested > _PER_SECOND:
+            return SetParametersResult(successful=False, reason=(
+                f'too many parameters: at most {_PER_SECOND} are set per second'))
         try:
             for parameter in parameter_list:
                 self._refuse(parameter)

@@ -83,7 +83,7 @@ class Answers:
 
     @property
     def _names(self) -> tuple[str, ...]:
-        return self._predictor.stream.intake.names
+        return self._predictor.stream.selector.names
 
     def _position(self, state: JointState) -> tuple[Array, int, str]:
         """Return q, its stamp [ns] and what it is, of a request's state."""
@@ -121,7 +121,7 @@ class Answers:
                 f'{self._state_age():.3f} s old')
 
     def _layout(self, state: JointState) -> Indices:
-        layout = self._predictor.stream.intake.layout(state.name)
+        layout = self._predictor.stream.selector.layout(state.name)
         if layout is Event.DUPLICATE_JOINT:
             raise ArgumentError('state.name', 'names a joint of the arm twice')
         if isinstance(layout, Event):

@@ -6,6 +6,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -13,6 +14,7 @@ from std_srvs.srv import Trigger
 from . import topics
 from .arm_publisher import Arm
 from .diagnostics import report
+from .message_loss import MessageLoss
 from .messages import from_field, stamp_ns
 from .process import run
 from .rclpy_internals import take_waiting
@@ -29,6 +31,7 @@ class TorquePredictor(ParameterNode):
     def __init__(self) -> None:
         super().__init__('torque_predictor')
         self._arm = Arm(self, self.declare_settings(SETTINGS))
+        self._loss = MessageLoss()
         self._last_report = time.monotonic()
         # Name of a status -> (level, message) that was logged last.
         self._logged: dict[str, tuple[bytes, str]] = {}
@@ -38,12 +41,14 @@ class TorquePredictor(ParameterNode):
         self._offer_services()
         self._subscription = self.create_subscription(
             JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,
+            event_callbacks=SubscriptionEventCallbacks(
+                matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         # Diagnostics go on when simulated time stands still.
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.accept_changes()
-        names = self._arm.predictor.stream.intake.names
+        names = self._arm.predictor.stream.selector.names
         self.get_logger().info(
             f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
             f'{self._arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state; '
@@ -57,19 +62,20 @@ class TorquePredictor(ParameterNode):
         """Change the predictor's settings in mid-stream."""
         self._arm.configure(built)
 
-    def _on_joint_state(self, message: JointState) -> None:
-        """Take a joint state, and those that wait behind it."""
-        self._take(message)
+    def _on_joint_state(self, message: JointState, info: dict[str, Any]) -> None:
+        """Process a joint state, and those that wait behind it."""
+        self._take(message, info)
         for waiting in take_waiting(self._subscription, _AT_ONCE):
-            self._take(waiting)
+            self._take(*waiting)
 
-    def _take(self, message: JointState) -> None:
-        stamp = stamp_ns(message.header)
-        stamped = stamp != 0
-        if not stamped:
-            stamp = self.get_clock().now().nanoseconds
-        self._arm.take(stamp, stamped, message.name, from_field(message.position),
-                       from_field(message.velocity), from_field(message.effort))
+    def _take(self, message: JointState, info: dict[str, Any]) -> None:
+        self._loss.received(info.get('publication_sequence_number'))
+        clock = self.get_clock()
+        # The middleware's time of receipt does not depend on how long a message was queued.
+        received_ns = (clock.now().nanoseconds if clock.ros_time_is_active
+                       else info['received_timestamp'])
+        self._arm.take(stamp_ns(message.header), message.name, from_field(message.position),
+                       from_field(message.velocity), from_field(message.effort), received_ns)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         predictor = self._arm.predictor
@@ -88,7 +94,7 @@ class TorquePredictor(ParameterNode):
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
         self._arm.statistics.close(self._arm.predictor.counts, period)
-        message.status = report(self, self._subscription.topic_name, self._arm)
+        message.status = report(self, self._subscription.topic_name, self._arm, self._loss)
         self._arm.statistics.begin()
         self._diagnostics.publish(message)
         for status in message.status:

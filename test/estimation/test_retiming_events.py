@@ -163,6 +163,6 @@ def test_reset_forgets_everything():
         run(retiming, arrivals)  # the clock is set back: a resync
         assert retiming.resyncs == (mode != 'header')
         retiming.reset()
-        assert retiming.retimed == (mode == 'arrival')
+        assert retiming.retimed == (mode in ('arrival', 'receipt'))
         assert retiming.resyncs == 0 and retiming.period is None
         np.testing.assert_array_equal(run(retiming, arrivals), wanted)

@@ -13,7 +13,8 @@ NUMBERS = [s for s in SETTINGS if isinstance(s.default, float)]
 COUNTS = [s for s in SETTINGS if type(s.default) is int]
 LISTS = [s for s in SETTINGS if isinstance(s.default, tuple)]
 FLAGS = [s for s in SETTINGS if isinstance(s.default, bool)]
-WORDS = [s for s in SETTINGS if isinstance(s.default, str)]
+WORDS = [s for s in SETTINGS if s.choices]
+TEXTS = [s for s in SETTINGS if isinstance(s.default, str) and not s.choices]
 
 Q = np.array([0.3, -0.6, 0.4, 1.1, -0.5, 0.7, 0.2])
 QD = np.array([0.5, -0.4, 0.3, 0.6, -0.8, 0.9, 1.0])
@@ -38,7 +39,7 @@ def with_element(setting, i, value) -> list:
 
 
 def test_every_setting_is_of_a_known_kind():
-    assert len(NUMBERS + COUNTS + LISTS + FLAGS + WORDS) == len(SETTINGS) == len(DEFAULTS)
+    assert len(NUMBERS + COUNTS + LISTS + FLAGS + WORDS + TEXTS) == len(SETTINGS) == len(DEFAULTS)
     assert all(setting.description for setting in SETTINGS)
 
 
@@ -127,6 +128,12 @@ def test_what_is_no_choice(setting, value):
     assert all(choice in message for choice in setting.choices)
 
 
+@each(TEXTS)
+@pytest.mark.parametrize('value', ['a\x1b[1m', 'a\nb', 0, True, None, ['right']])
+def test_text_must_be_printable(setting, value):
+    refused(setting, value)
+
+
 def test_unknown_name_is_refused_with_the_known_ones():
     with pytest.raises(ArgumentError) as caught:
         PredictorSettings({'acceleration.cutof': 5.0})
@@ -193,7 +200,7 @@ def test_arm_has_its_settings(side):
 def test_predictor_has_its_settings():
     predictor = PredictorSettings({'arm': 'left', 'acceleration.cutoff': 10.0,
                                    'acceleration.velocity_lag': 0.03}).predictor()
-    assert predictor.stream.intake.names[0] == 'left_s0'
+    assert predictor.stream.selector.names[0] == 'left_s0'
     delay = 0.03 + np.sqrt(2) / (2 * np.pi * 10.0)
     assert predictor.estimator.delay == pytest.approx(delay, rel=1e-12)
     assert PredictorSettings({'align': False}).predictor().estimator.delay == 0.0
@@ -202,7 +209,7 @@ def test_predictor_has_its_settings():
 def test_predictors_of_the_same_settings_are_apart():
     settings = PredictorSettings()
     one, other = settings.predictor(), settings.predictor()
-    one.handle(1, one.stream.intake.names, Q, QD, QDD)
+    one.handle(1, one.stream.selector.names, Q, QD, QDD)
     assert other.latest is None and not other.counts
 
 
@@ -217,7 +224,7 @@ def test_methods_agree(loaded, rng):
     q, stamp = Q.copy(), 10 ** 18
     for _ in range(100):
         q += rng.uniform(-0.01, 0.01, 7)
-        names = predictors[0].stream.intake.names
+        names = predictors[0].stream.selector.names
         message = stamp, names, q, rng.normal(size=7), rng.normal(size=7)
         closed_form, recursive = (predictor.handle(*message) for predictor in predictors)
         stamp += 10_000_000

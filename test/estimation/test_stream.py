@@ -12,7 +12,7 @@ START = 1_700_000_000_000_000_000  # [ns]
 MS = 1_000_000  # [ns]
 RIGHT = joint_names('right')
 Q = np.array([0.1, -0.5, 0.2, 1.0, -0.3, 0.4, 0.0])
-QD = np.full(7, 0.3)
+QD = np.full(7, 1e-3)
 EFFORT = np.array([1.0, 20.0, 2.0, 8.0, 0.1, 0.5, 0.0])
 EMPTY = np.empty(0)
 ARRIVALS = [round(x * 1e9) for x in bursts(0.01 * np.arange(600))]  # [ns]
@@ -207,10 +207,11 @@ def test_stamps_are_the_clocks(mode):
         last = wanted
     assert stream.counts['taken'] == stream.counts['received'] == 600
     if mode == 'auto':
-        assert begun[0] == 0 and stream.counts[Event.RESET_RETIMED] == 1
+        assert begun[0] == 0 and stream.counts[Event.RESET_STAMP_SOURCE] == 1
         assert 0 < stream.counts[Event.REPEATED_STAMP] < 30  # before they were recognised
     else:
-        assert stream.counts == {'received': 600, 'taken': 600}
+        assert stream.counts == {'received': 600, 'taken': 600,
+                                 Event.AWAITING_PERIOD: begun[0]}
     assert 90 < begun[-1] < 130 and len(begun) == (2 if mode == 'auto' else 1)
 
 
@@ -221,7 +222,7 @@ def test_samples_are_withheld_until_there_is_a_line():
     assert samples[:first] == [None] * first and 95 < first < 105
     assert samples[first].begins
     assert not any(sample.begins for sample in samples[first + 1:])
-    assert stream.counts == {'received': LOCKED, 'taken': LOCKED}
+    assert stream.counts == {'received': LOCKED, 'taken': LOCKED, Event.AWAITING_PERIOD: first}
 
 
 @pytest.mark.parametrize('after, event', [(1000, Event.RESET_GAP),
@@ -232,6 +233,7 @@ def test_another_clock_restarts_the_line_and_both_are_counted(after, event):
     samples = even(stream, since=LOCKED + after // 10)
     first = next(i for i, sample in enumerate(samples) if sample is not None)
     assert 95 < first < 105 and samples[first].begins
+    assert stream.counts.pop(Event.AWAITING_PERIOD) > first
     assert stream.counts == {'received': 2 * LOCKED, 'taken': 2 * LOCKED - 1, event: 1,
                              Event.UNCONFIRMED: 1, Event.RESET_RESYNC: 1}
 

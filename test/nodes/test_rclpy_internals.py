@@ -16,7 +16,7 @@ def test_waiting_messages_are_taken_in_order(robot):
     taken = []
     limit = robot.get_clock().now().nanoseconds + 10 * 10 ** 9
     while len(taken) < len(sent) and robot.get_clock().now().nanoseconds < limit:
-        taken += [message.data for message in take_waiting(subscription, 3)]
+        taken += [message.data for message, _ in take_waiting(subscription, 3)]
     assert taken == sent
     assert list(take_waiting(subscription, 3)) == []
 

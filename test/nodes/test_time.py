@@ -68,7 +68,7 @@ def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external
     assert 0.01 < float(values['jitter of arrival [s]']) < 0.04
     assert float(values['delay of predictions [s]']) == pytest.approx(DELAY, abs=1e-4)
     assert float(values['delay of external effort [s]']) == pytest.approx(0.014, abs=1e-4)
-    assert last_report(robot)['filter'][2]['reset_retimed'] == '1'
+    assert last_report(robot)['filter'][2]['reset_stamp_source'] == '1'
     assert 'stamps are times of arrival and are re-timed from here on' in predictor.output
 
     robot.until(lambda: len(robot.residual) == len(robot.predicted) == len(expected))

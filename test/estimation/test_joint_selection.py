@@ -1,7 +1,7 @@
-"""The door: one arm's joints by name out of any message, or the reason why not."""
+"""Joint selection: one arm's values by name, and NaN as 'not available'."""
 
 from baxter_dynamics_ros.estimation.events import Event
-from baxter_dynamics_ros.estimation.joint_selection import Intake
+from baxter_dynamics_ros.estimation.joint_selection import JointSelector
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
@@ -24,8 +24,8 @@ def values(names) -> dict:
 
 
 @pytest.fixture
-def intake():
-    return Intake('right')
+def selector():
+    return JointSelector('right')
 
 
 @pytest.mark.parametrize('side', ['right', 'left'])
@@ -34,27 +34,27 @@ def intake():
 def test_picks_the_joints_by_name(side, arrange):
     names = arrange(SDK)
     wanted = values([f'{side}_{joint}' for joint in ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2')])
-    for read, field in zip(Intake(side).read(names, **values(names)), FIELDS):
+    for read, field in zip(JointSelector(side).read(names, **values(names)), FIELDS):
         np.testing.assert_array_equal(read, wanted[field])
 
 
-def test_reading_does_not_alias_the_message(intake):
+def test_reading_does_not_alias_the_message(selector):
     names = joint_names('right')
     message = values(names)
-    read = intake.read(names, **message)
+    read = selector.read(names, **message)
     for field in FIELDS:
         message[field][:] = -1.0
     for array, field in zip(read, FIELDS):
         np.testing.assert_array_equal(array, values(names)[field])
 
 
-def test_what_is_read_is_read_only(intake):
-    assert not any(array.flags.writeable for array in intake.read(SDK, **values(SDK)))
+def test_readings_are_read_only(selector):
+    assert not any(array.flags.writeable for array in selector.read(SDK, **values(SDK)))
 
 
 @pytest.mark.parametrize('missing', [('velocity',), ('effort',), ('velocity', 'effort')])
-def test_missing_velocity_and_effort_are_none(intake, missing):
-    read = dict(zip(FIELDS, intake.read(SDK, **(values(SDK) | {f: EMPTY for f in missing}))))
+def test_missing_velocity_and_effort_are_none(selector, missing):
+    read = dict(zip(FIELDS, selector.read(SDK, **(values(SDK) | {f: EMPTY for f in missing}))))
     wanted = values(joint_names('right'))
     for field in FIELDS:
         if field in missing:
@@ -74,71 +74,91 @@ def test_missing_velocity_and_effort_are_none(intake, missing):
     (joint_names('right')[:6] + ('right_s0',), Event.DUPLICATE_JOINT),
 ], ids=['empty', 'gripper', 'other arm', 'similar names', 'six joints', 'one joint',
         'eight joints', 'one for another'])
-def test_refuses_names(intake, names, event):
-    assert intake.read(names, **values(names)) is event
+def test_refuses_names(selector, names, event):
+    assert selector.read(names, **values(names)) is event
 
 
 @pytest.mark.parametrize('names', [SDK + ('left_e1', 'head_pan'), joint_names('right') + GRIPPER],
                          ids=['twice', 'gripper'])
-def test_other_joints_do_no_harm(intake, names):
-    q, _, _ = intake.read(names, **values(names))
+def test_other_joints_do_not_matter(selector, names):
+    q, _, _ = selector.read(names, **values(names))
     np.testing.assert_array_equal(q, values(joint_names('right'))['position'])
 
 
 @pytest.mark.parametrize('field', FIELDS)
 @pytest.mark.parametrize('n', [1, len(SDK) - 1, len(SDK) + 1])
-def test_length_mismatch(intake, field, n):
+def test_length_mismatch(selector, field, n):
     message = values(SDK) | {field: np.ones(n)}
-    assert intake.read(SDK, **message) is Event.LENGTH_MISMATCH
+    assert selector.read(SDK, **message) is Event.LENGTH_MISMATCH
 
 
-def test_position_must_not_be_empty(intake):
-    assert intake.read(SDK, **(values(SDK) | {'position': EMPTY})) is Event.LENGTH_MISMATCH
+def test_position_must_not_be_empty(selector):
+    assert selector.read(SDK, **(values(SDK) | {'position': EMPTY})) is Event.LENGTH_MISMATCH
 
 
-@pytest.mark.parametrize('field', FIELDS)
 @pytest.mark.parametrize('joint', joint_names('right'))
-@pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
-def test_non_finite(intake, field, joint, value):
+@pytest.mark.parametrize('field, value', [
+    ('position', np.nan), *((field, sign * np.inf) for field in FIELDS for sign in (1, -1))])
+def test_non_finite(selector, field, joint, value):
     message = values(SDK)
     message[field][SDK.index(joint)] = value
-    assert intake.read(SDK, **message) is Event.NON_FINITE
+    if field != 'effort':
+        message['effort'][SDK.index('right_e1')] = 1e9  # implausible, but not reported first
+    assert selector.read(SDK, **message) is Event.NON_FINITE
 
 
-def test_non_finite_is_named_before_implausible(intake):
+@pytest.mark.parametrize('joint', joint_names('right'))
+@pytest.mark.parametrize('field', ['velocity', 'effort'])
+def test_nan_velocity_or_effort_is_missing(selector, field, joint):
     message = values(SDK)
-    message['position'][SDK.index('right_s0')] = 1e9
-    message['effort'][SDK.index('right_w2')] = np.nan
-    assert intake.read(SDK, **message) is Event.NON_FINITE
+    message[field][SDK.index(joint)] = np.nan
+    read = dict(zip(FIELDS, selector.read(SDK, **message)))
+    assert read.pop(field) is None
+    for name, array in read.items():
+        np.testing.assert_array_equal(array, values(joint_names('right'))[name])
+    message['position'][SDK.index(joint)] = 7.0
+    assert selector.read(SDK, **message) is Event.IMPLAUSIBLE
+
+
+def test_prefix(selector):
+    prefixed = JointSelector('right', 'robot_1/')
+    names = tuple('robot_1/' + name for name in SDK)
+    for found, wanted in zip(prefixed.read(names, **values(SDK)),
+                             selector.read(SDK, **values(SDK))):
+        np.testing.assert_array_equal(found, wanted)
+    assert prefixed.names[0] == 'robot_1/right_s0'
+    assert prefixed.other_names is None
+    assert prefixed.read(SDK, **values(SDK)) is Event.NOT_THIS_ARM
+    assert prefixed.other_names == SDK
 
 
 @pytest.mark.parametrize('field', FIELDS)
-def test_non_finite_value_of_another_joint_does_no_harm(intake, field):
+def test_non_finite_value_of_another_joint_does_not_matter(selector, field):
     message = values(SDK)
     for joint, value in zip(('head_pan', 'left_e0', 'torso_t0'), (np.nan, np.inf, 1e300)):
         message[field][SDK.index(joint)] = value
-    q, _, _ = intake.read(SDK, **message)
+    q, _, _ = selector.read(SDK, **message)
     np.testing.assert_array_equal(q, values(joint_names('right'))['position'])
 
 
 @pytest.mark.parametrize('field, bound', [
     ('position', 2 * np.pi), ('velocity', 40.0), ('effort', 1000.0)], ids=FIELDS)
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_implausible(intake, field, bound, sign):
+def test_implausible(selector, field, bound, sign):
     for joint in joint_names('right'):
         message = values(SDK)
         message[field][SDK.index(joint)] = sign * bound
-        assert isinstance(intake.read(SDK, **message), tuple)
+        assert isinstance(selector.read(SDK, **message), tuple)
         message[field][SDK.index(joint)] *= 1 + 1e-12
-        assert intake.read(SDK, **message) is Event.IMPLAUSIBLE
+        assert selector.read(SDK, **message) is Event.IMPLAUSIBLE
 
 
-def test_layout_is_found_once_and_kept(intake):
-    assert intake.layout(list(SDK)) is intake.layout(SDK)
+def test_layout_is_found_once_and_kept(selector):
+    assert selector.layout(list(SDK)) is selector.layout(SDK)
 
 
-def test_memory_of_layouts_is_bounded(intake):
+def test_memory_of_layouts_is_bounded(selector):
     for i in range(1000):
-        assert intake.layout((f'joint_{i}',)) is Event.NOT_THIS_ARM
-    assert len(intake._layouts) <= 64
-    np.testing.assert_array_equal(intake.layout(SDK), [SDK.index(n) for n in intake.names])
+        assert selector.layout((f'joint_{i}',)) is Event.NOT_THIS_ARM
+    assert len(selector._layouts) <= 64
+    np.testing.assert_array_equal(selector.layout(SDK), [SDK.index(n) for n in selector.names])
