@@ -80,7 +80,7 @@ def test_ends_in_the_middle_of_a_stream(robot, start, start_relay, sine, executa
                 os.kill(process.pid, signal.SIGTERM)
             k += 1
             assert time.monotonic() < begin + 20.0
-        assert exit_code(process) == 0
+        assert exit_code(process) == 0, getattr(process, 'output', '')
         robot.until(lambda: robot.publisher.get_subscription_count() == 0)
 
 
