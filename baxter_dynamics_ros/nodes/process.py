@@ -3,6 +3,8 @@
 from argparse import ArgumentParser
 from collections.abc import Callable
 from contextlib import suppress
+import faulthandler
+import gc
 import signal
 import sys
 import traceback
@@ -19,6 +21,7 @@ from ..model.exceptions import BaxterDynamicsError
 
 _WAKE_PERIOD = 0.5  # [s], the longest wait for the executor to notice that the context ended
 _LOG_PERIOD = 1.0  # [s] between two log lines about failing callbacks
+_END_WITHIN = 8.0  # [s] for Fast DDS to destroy its participant
 
 
 class GuardedExecutor(SingleThreadedExecutor):
@@ -84,6 +87,13 @@ def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None)
         For ``--help``, and for arguments that are not ROS arguments.
 
     """
+    code = _run(make_node, name, args)
+    gc.collect()  # destroys what tracebacks and cycles still held
+    faulthandler.cancel_dump_traceback_later()
+    return code
+
+
+def _run(make_node: Callable[[], Node], name: str, args: list[str] | None) -> int:
     try:
         _refuse_arguments(make_node, name, sys.argv if args is None else args)
         rclpy.init(args=args)
@@ -132,7 +142,14 @@ def _spin(node: Node) -> None:
 
 
 def _end(node: Node | None) -> None:
-    """Destroy the node, then end the context, and not in any order as the interpreter exits."""
+    """
+    Destroy the node, then end the context, and not in any order as the interpreter exits.
+
+    Fast DDS may lock up when it destroys a participant while another process leaves: a discovery
+    callback waits for the mutex that the destruction holds, which waits for the callback. Nothing
+    is left to be done then, so the process exits, with 1 and the stack on stderr.
+    """
+    faulthandler.dump_traceback_later(_END_WITHIN, exit=True, file=2)
     if node is not None:
         with suppress(RuntimeError):  # entities that need a valid context
             node.destroy_node()

@@ -38,7 +38,7 @@ def test_a_request_or_a_clock_that_fails_is_logged_and_the_node_goes_on(robot, n
     assert client.wait_for_service(15.0)
     client.call_async(IMPOSSIBLE)
     robot.until(lambda: 'a callback failed and was skipped (1 so far)' in process.output)
-    assert '77 is not a valid ParameterType' in process.output or '77' in process.output
+    assert 'ValueError' in process.output and '77' in process.output
 
     clock = robot.create_publisher(Clock, '/clock', 10)
     robot.until(lambda: clock.get_subscription_count())
@@ -54,7 +54,8 @@ def test_failures_are_counted_in_the_diagnostics(robot, predictor, sine):
     client = robot.create_client(SetParameters, '/torque_predictor/set_parameters')
     assert client.wait_for_service(15.0)
     client.call_async(IMPOSSIBLE)
-    robot.until(lambda: any(status.message.startswith('a callback failed in the last second: Value')
+    failed = 'a callback failed in the last second: ValueError'
+    robot.until(lambda: any(status.message.startswith(failed)
                             for message in robot.diagnostics for status in message.status))
     level, _, values = robot.report()['callbacks']
     assert (level, values['failed']) == (b'\x00', '1')

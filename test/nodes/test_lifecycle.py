@@ -80,7 +80,7 @@ def test_ends_in_the_middle_of_a_stream(robot, start, start_relay, sine, executa
                 os.kill(process.pid, signal.SIGTERM)
             k += 1
             assert time.monotonic() < begin + 20.0
-        assert exit_code(process) == 0
+        assert exit_code(process) == 0, getattr(process, 'output', '')
         robot.until(lambda: robot.publisher.get_subscription_count() == 0)
 
 
@@ -141,3 +141,30 @@ def test_a_signal_while_the_node_is_made_ends_it_in_silence(domain, capfd, when)
         return node or Node('late')
     assert run(make, 'late', ['late']) == 0
     assert capfd.readouterr() == ('', '')
+
+
+LOCKED = """
+import time
+import rclpy
+from rclpy.node import Node
+from baxter_dynamics_ros.nodes import process
+
+class Locked(Node):
+    def destroy_node(self):
+        time.sleep(60.0)
+
+def make():
+    node = Locked('locked')
+    rclpy.shutdown()  # as a signal does
+    return node
+
+process._END_WITHIN = 1.0
+process.run(make, 'locked', ['locked'])
+"""
+
+
+def test_ends_even_if_the_middleware_locks_up_at_the_end(domain):
+    done = subprocess.run([sys.executable, '-c', LOCKED], capture_output=True, text=True,
+                          timeout=40.0)
+    assert done.returncode == 1
+    assert 'destroy_node' in done.stderr
