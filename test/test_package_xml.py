@@ -25,6 +25,7 @@ ROSDEP = {
     'casadi': None,
     'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
+    'mcap': None,
     'mujoco': None,
     'numba': None,
     'numpy': 'python3-numpy',
@@ -32,6 +33,7 @@ ROSDEP = {
     'rosbags': None,
     'scipy': 'python3-scipy',
     'yaml': 'python3-yaml',
+    'zstandard': None,
 }
 # Needed, and imported by nobody: what reads the launch files.
 NOT_IMPORTED = {'ros2launch'}

@@ -18,12 +18,13 @@ PLACES = {
     'recordings': (1.2, 3.9, 3.7), 'nodes': (5.9, 3.9, 2.9), 'export': (9.6, 3.9, 2.4),
     'newton_euler': (0.0, 2.0, 2.3), 'estimation': (2.8, 2.0, 4.8), 'simulation': (8.0, 2.0, 1.95),
     'closed_form': (10.1, 2.0, 1.9),
-    'model': (0.0, 0.0, 8.0), 'compiled': (8.75, 0.0, 3.25)}
+    'model': (0.0, 0.0, 6.4), 'compiled': (6.8, 0.0, 2.9), 'files': (10.0, 0.0, 2.0)}
 HEIGHT = 1.3
 FACE, NUMPY_ALONE, EDGE = '#eef2f7', '#dcefe0', '#4a5a6a'
-CAPTION = ('An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import core, cli '
-           'imports nearly all.\nGreen: NumPy and the standard library alone. In italics: the '
+CAPTION = ('An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import model, most '
+           'import files, cli imports nearly all.\nGreen: NumPy and the standard library alone. In italics: the '
            'libraries that a room keeps to itself.')
+EVERYWHERE = ('model', 'files')  # imported by nearly all: no arrows
 OURS = ('model', 'estimation')  # import NumPy alone
 
 
@@ -63,7 +64,7 @@ def _box(axes: Axes, room: Room) -> None:
 def _arrows(axes: Axes, room: Room) -> None:
     for names, style in ((room.imports, '-'), (room.late, '--')):
         for name in names:
-            if name != 'model':
+            if name not in EVERYWHERE:
                 axes.annotate('', _end(name, room.name), _end(room.name, name), arrowprops={
                     'arrowstyle': '-|>', 'color': EDGE, 'linestyle': style, 'shrinkA': 0,
                     'shrinkB': 0})
