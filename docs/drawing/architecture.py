@@ -22,7 +22,8 @@ PLACES = {
 HEIGHT = 1.3
 FACE, NUMPY_ALONE, EDGE = '#eef2f7', '#dcefe0', '#4a5a6a'
 CAPTION = ('An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import model, most '
-           'import files, cli imports nearly all.\nGreen: NumPy and the standard library alone. In italics: the '
+           'import files, cli imports nearly all.'
+           '\nGreen: NumPy and the standard library alone. In italics: the '
            'libraries that a room keeps to itself.')
 EVERYWHERE = ('model', 'files')  # imported by nearly all: no arrows
 OURS = ('model', 'estimation')  # import NumPy alone

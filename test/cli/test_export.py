@@ -175,7 +175,7 @@ def test_its_own_files_are_replaced(command, here):
     (('c', '--quantities', ' , '), '--quantities: name at least one of M, C, G, '),
     (('latex', '--quantities', 'tau'), 'name G, M or MCG'),
     (('c', '-o', 'my.c'), '--output: c gives 3 files: name a folder'),
-    (('c', '--params', 'none.yaml'), 'none.yaml: cannot be read as a parameter file'),
+    (('c', '--params', 'none.yaml'), 'none.yaml: cannot be read (No such file'),
     (('c', '-o', 'theirs.txt'), 'theirs.txt is no folder'),
     (('python', '-o', 'theirs.txt/arm.py'), 'theirs.txt is no folder'),
     (('python', '-o', 'theirs.py'), 'theirs.py is there, and no export wrote it'),
@@ -209,7 +209,7 @@ def test_a_disk_that_is_full_keeps_what_was_there(command, here):
         done = subprocess.run([sys.executable, '-c', code, folder], cwd=here, text=True,
                               capture_output=True, timeout=60)
         assert (done.returncode, done.stdout) == (1, '')
-        assert done.stderr == (f'baxter_dynamics export: --output: {here}/{folder} cannot be '
+        assert done.stderr == (f'baxter_dynamics export: {here}/{folder}: cannot be '
                                'written (File too large)\n')
     assert names(here) == ['c']
     assert {path: path.read_bytes() for path in (here / 'c').iterdir()} == before
