@@ -21,6 +21,7 @@ offline = [
     'pin==4.1.0',
     'rosbags==0.11.9',
     'mcap==1.6.0',
+    'zstandard>=0.22',
     'scipy>=1.11',
     'pyyaml>=6.0',
     'matplotlib==3.10.9',

@@ -23,6 +23,7 @@ ROSDEP = {
     'casadi': None,
     'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
+    'mcap': None,
     'mujoco': None,
     'numba': None,
     'numpy': 'python3-numpy',
@@ -30,6 +31,7 @@ ROSDEP = {
     'rosbags': None,
     'scipy': 'python3-scipy',
     'yaml': 'python3-yaml',
+    'zstandard': None,
 }
 # Needed, and imported by nobody: what reads the launch files.
 NOT_IMPORTED = {'ros2launch'}

@@ -15,6 +15,7 @@ from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
 NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
+_CHECKED = 1000  # unknown names that are compared with the settings, which takes time
 _DIGITS = 7  # written; more than any calibration can determine
 # Parameters that every node has, beside its settings.
 _OF_ALL_NODES = {'use_sim_time': bool, 'start_type_description_service': bool}
@@ -115,7 +116,7 @@ def _contents(path: Path) -> bytes:
 def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str, Any]:
     """Return the settings among a node's parameters, checked as the node checks them."""
     values: dict[str, Any] = {}
-    ignored = []
+    ignored: list[str] = []
     for name, value in given.items():
         if name in DEFAULTS:
             _check_type(name, value, DEFAULTS[name])
@@ -123,7 +124,8 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
         elif name in _OF_ALL_NODES:
             _check_type(name, value, _OF_ALL_NODES[name]())
         elif not name.startswith('qos_overrides.'):
-            meant = get_close_matches(name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
+            meant = len(ignored) < _CHECKED and get_close_matches(
+                name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
             if meant:
                 raise ArgumentError(name, f'no such parameter; is {meant[0]} meant?')
             ignored.append(name)

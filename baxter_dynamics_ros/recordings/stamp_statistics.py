@@ -57,6 +57,6 @@ class StampClock:
 
 
 def _distance(dt: Array, period: float) -> tuple[float, float]:
-    """Return the RMS distance of intervals from multiples of a period, as its share; the period."""
+    """Return the RMS distance of intervals from multiples of a period, in periods, and it."""
     steps = dt / period
     return float(np.sqrt(np.mean((steps - np.maximum(np.rint(steps), 1.0)) ** 2))), period
