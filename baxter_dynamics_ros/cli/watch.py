@@ -42,8 +42,9 @@ from ..nodes import topics
 
 _GRACE = 2.0  # [s] before a missing predictor is reported
 _WAIT = 10.0  # [s] that --once waits by default
-_ENOUGH = 1.2  # [s] of predictions until rates and diagnostics are known
+_ENOUGH = 2.0  # [s] of predictions until rates and diagnostics are known
 _LINE_PERIOD = 1.0  # [s]
+_BATCH_PERIOD = 0.03  # [s] between two batches of messages
 _DISCOVERY_PERIOD = 0.5  # [s]
 _PREDICTED = '/' + topics.PREDICTED_EFFORT
 
@@ -108,6 +109,7 @@ class _Watcher:
         self._topic = joint_states
         self._side = side
         self._predictors: dict[str, Predictor] = {}
+        self._received = 0  # messages
         self._others: set[str] = set()  # predictors of other names
         self._started = time.monotonic()
         self._discovered = -math.inf  # monotonic time of the last discovery [s]
@@ -129,22 +131,13 @@ class _Watcher:
         """Print a line per second and arm."""
         with _keyboard() as is_quit:
             for now in self._ticks(_LINE_PERIOD, duration, is_quit):
-                clock = time.strftime('%H:%M:%S')
                 if now > self._started + 0.5 * _LINE_PERIOD:
                     problem = self._problem(now)
-                    say(*([f'{clock} {problem}'] if problem else
-                          [f'{clock} {line(each, now)}' for each in self._shown(now)]))
+                    lines = [problem] if problem else [line(x, now) for x in self._shown(now)]
+                    say(*(f'{time.strftime("%H:%M:%S")} {text}' for text in lines))
 
     def once(self, duration: float) -> None:
-        """
-        Print the view once data has arrived.
-
-        Raises
-        ------
-        BaxterDynamicsError
-            If none arrives.
-
-        """
+        """Print the view once data has arrived; raise BaxterDynamicsError if none arrives."""
         enough = math.inf
         for now in self._ticks(0.1, duration, lambda: False):
             if any(each.predicted.newest(now) for each in self._shown(now)):
@@ -190,9 +183,19 @@ class _Watcher:
                 return
             due = min(max(due + period, now), end)
             while (left := due - time.monotonic()) > 0.0:
-                self._executor.spin_once(timeout_sec=min(left, 0.1))
                 if is_quit():
                     return
+                # Messages are received in batches: waiting for each would cost most of a core.
+                time.sleep(min(left, _BATCH_PERIOD))
+                self._receive(due)
+
+    def _receive(self, until: float) -> None:
+        """Receive all waiting messages, until a monotonic time [s] at most."""
+        idle = 0  # consecutive calls without a message; one also ends each pass over all topics
+        while idle < 2 and time.monotonic() < until:
+            before = self._received
+            self._executor.spin_once(timeout_sec=0.0)
+            idle = idle + 1 if self._received == before else 0
 
     def _discover(self) -> None:
         """Subscribe to new predictors of our name, also of one arm each."""
@@ -249,8 +252,10 @@ class _Watcher:
         return receive_all
 
     def _subscribe(self, kind: type, topic: str, receive: _Receive) -> None:
-        self._node.create_subscription(kind, topic, lambda message: receive(
-            message, time.monotonic()), topics.SUBSCRIPTION_QOS)
+        def receive_and_count(message: Any) -> None:
+            self._received += 1
+            receive(message, time.monotonic())
+        self._node.create_subscription(kind, topic, receive_and_count, topics.SUBSCRIPTION_QOS)
 
 
 @contextmanager
