@@ -215,7 +215,7 @@ class PredictorSettings:
         """
         Compute once what messages and services will ask for, and return these settings.
 
-        numba, where it computes, loads or compiles then, and not when a message waits.
+        The first message does not wait for lazy imports and page faults.
         """
         q, qd, qdd = np.zeros((3, N_JOINTS))
         self.model.inverse_dynamics(q, qd, qdd)

@@ -65,7 +65,6 @@ class Parameters:
         for name, setting in named_settings(values['arm']).items():
             if name != 'arm':
                 values[name] = _declare(node, name, setting)
-        # A tilted base takes other functions: compiled now, where numba has to, not in mid-stream.
         for roll in (0.0, 0.1):
             PredictorSettings({'base.roll': roll}).warm_up()
         return cls(values)
