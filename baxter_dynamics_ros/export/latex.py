@@ -14,7 +14,7 @@ from ..model.joints import JOINTS, N_JOINTS
 
 _ESCAPES = {**{character: f'\\{character}' for character in '#$%&_{}'},
             '^': r'\textasciicircum{}', '~': r'\textasciitilde{}', '<': r'\textless{}',
-            '>': r'\textgreater{}', '|': r'\textbar{}', '"': r'\textquotedbl{}'}
+            '>': r'\textgreater{}', '|': r'\textbar{}', '"': "''"}
 _QUARTER = r' + \pi/2'
 _BLOCKS = 3  # of the table of parameters, side by side
 
