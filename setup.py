@@ -1,6 +1,7 @@
 """Install baxter_dynamics_ros: the model with NumPy alone, the node and the rest as extras."""
 
 from glob import glob
+import os
 from pathlib import Path
 import sys
 
@@ -123,8 +124,9 @@ setup(
     ext_modules=[Extension(
         f'{package_name}.model._compiled', [f'{package_name}/model/_compiled.cpp'],
         depends=[f'{package_name}/model/_closed_form.{ending}' for ending in 'ch'],
-        include_dirs=pybind11_folders(), extra_compile_args=['-std=c++17', '-O3', '-g0',
-                                                             '-fvisibility=hidden'])],
+        include_dirs=pybind11_folders(),
+        extra_compile_args=['-std=c++17', '-g0', '-fvisibility=hidden',
+                            *([] if '-O' in os.environ.get('CFLAGS', '') else ['-O3'])])],
     cmdclass={'build_ext': OptionalBuild},
     zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',

@@ -29,8 +29,13 @@ TOLERANCE = 1e-9  # [N m], of a difference that an acceleration makes in a torqu
 BASE = 'Pinocchio'
 TITLES = {'tau': 'tau, one state', 'terms': 'M, C, G, one state', 'forward': 'qdd, one state',
           'batch': 'tau, {:,} states', 'threads': 'tau, {:,} states, two threads'}
-IMPORT = ('import time, numpy; a = time.perf_counter(); from baxter_dynamics_ros import BaxterArm; '
-          'BaxterArm().inverse_dynamics(*numpy.zeros((3, 7))); print(time.perf_counter() - a)')
+IMPORT = """
+import time, numpy
+start = time.perf_counter()
+from baxter_dynamics_ros import BaxterArm
+BaxterArm().inverse_dynamics(*numpy.zeros((3, 7)))
+print(time.perf_counter() - start)
+"""
 
 
 class Call(NamedTuple):
@@ -150,7 +155,7 @@ def mujoco(arm: BaxterArm) -> list:
 
 
 def _mjcf(arm: BaxterArm) -> str:
-    """Return the arm in MuJoCo's format: body i turns with joint i, in Denavit-Hartenberg frames."""
+    """Return the arm in MuJoCo's format, body i in frame {i-1} turned by joint i."""
     p, text = arm.parameters, ''
     place = ''
     for i in range(7):
@@ -168,7 +173,8 @@ def _mjcf(arm: BaxterArm) -> str:
         place = (f'pos="{_text(spin @ [a, 0.0, d])}" xyaxes="{_text(frame[:, 0])} '
                  f'{_text(frame[:, 1])}"')
     return (f'<mujoco><option gravity="{_text(arm.gravity_vector)}"><flag contact="disable" '
-            f'constraint="disable"/></option><worldbody>{text}{"</body>" * 7}</worldbody></mujoco>')
+            f'constraint="disable"/></option><worldbody>{text}{"</body>" * 7}</worldbody>'
+            '</mujoco>')
 
 
 def _text(numbers) -> str:

@@ -12,7 +12,6 @@ import numpy as np
 from pinocchio_engine import PinocchioEngine
 import pytest
 
-
 pytest.register_assert_rewrite('arrivals', 'played')
 
 REPOSITORY = Path(__file__).resolve().parents[1]

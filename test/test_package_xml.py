@@ -20,12 +20,10 @@ SETUP = ast.parse((REPOSITORY / 'setup.py').read_text('utf-8'))
 # Imported name -> rosdep's name, where that is another; None for what is optional, most of which
 # Ubuntu has no package of.
 ROSDEP = {
-    'casadi': None,
     'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
     'mcap': None,
     'mujoco': None,
-    'numba': None,
     'numpy': 'python3-numpy',
     'rich': 'python3-rich',
     'rosbags': None,

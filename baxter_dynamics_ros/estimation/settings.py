@@ -223,7 +223,7 @@ class PredictorSettings:
         """
         Compute everything once that messages and services need, and return these settings.
 
-        Where numba is used, it compiles now and not while a message waits.
+        The first message does not wait for lazy imports and page faults.
         """
         q, qd, qdd = np.zeros((3, N_JOINTS))
         self.model.inverse_dynamics(q, qd, qdd)

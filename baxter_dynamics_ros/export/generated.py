@@ -27,8 +27,9 @@ def bodies() -> dict[str, Body]:
         if isinstance(function, ast.FunctionDef):
             statements, results = [], []
             for statement in function.body:
-                if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
-                    statements.append((statement.targets[0].id, statement.value))
+                target = statement.targets[0] if isinstance(statement, ast.Assign) else None
+                if isinstance(statement, ast.Assign) and isinstance(target, ast.Name):
+                    statements.append((target.id, statement.value))
                 elif isinstance(statement, ast.Return) and isinstance(statement.value, ast.Tuple):
                     results = statement.value.elts
             result[function.name] = Body(statements, results)

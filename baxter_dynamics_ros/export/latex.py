@@ -14,7 +14,7 @@ from ..model.joints import JOINTS, N_JOINTS
 
 _ESCAPES = {**{character: f'\\{character}' for character in '#$%&_{}'},
             '^': r'\textasciicircum{}', '~': r'\textasciitilde{}', '<': r'\textless{}',
-            '>': r'\textgreater{}', '|': r'\textbar{}', '"': r'\textquotedbl{}'}
+            '>': r'\textgreater{}', '|': r'\textbar{}', '"': "''"}
 _QUARTER = r' + \pi/2'
 _BLOCKS = 3  # of the table of parameters, side by side
 
@@ -78,7 +78,7 @@ def _formulas() -> tuple[list[tuple[str, ast.expr]], list[tuple[str, ast.expr]]]
     """
     statements, results = bodies()['terms']
     current: dict[str, str] = {}
-    unique = []
+    unique: list[tuple[str, ast.expr]] = []
     for target, value in statements:
         renamed = _renamed(value, current)
         current[target] = f't{len(unique) + 1}'
@@ -99,10 +99,10 @@ def _formulas() -> tuple[list[tuple[str, ast.expr]], list[tuple[str, ast.expr]]]
 
 def _renamed(value: ast.expr, new: dict[str, str]) -> ast.expr:
     """Return a copy of an expression with other names."""
-    class Rename(ast.NodeTransformer):
-        def visit_Name(self, node: ast.Name) -> ast.Name:  # noqa: N802
-            return ast.Name(new.get(node.id, node.id), node.ctx)
-    copy: ast.expr = Rename().visit(ast.parse(ast.unparse(value), mode='eval').body)
+    copy = ast.parse(ast.unparse(value), mode='eval').body
+    for node in ast.walk(copy):
+        if isinstance(node, ast.Name):
+            node.id = new.get(node.id, node.id)
     return copy
 
 

@@ -57,7 +57,7 @@ def meaning(name: str) -> tuple[str, str]:
     if name.startswith('up_'):
         return 'm/s^2', f"minus the gravity vector, {name[-1]} in the paper's frame {{0}}"
     if name.startswith('mount'):
-        row, column = name[-2:]
+        row, column = name[-2], name[-1]
         return ('m' if column == '4' else '1',
                 f"pose of the paper's frame {{0}} in the base frame, row {row}, column {column}")
     if name in TILTED_NAMES:
@@ -67,5 +67,6 @@ def meaning(name: str) -> tuple[str, str]:
         return 'kg m^2', (f'second moment of mass {element[0]} {element[1]} of link {link}, body '
                           f'frame {link}')
     if name.endswith('alpha7'):
-        return '1', f'{"sine" if name[0] == "s" else "cosine"} of Denavit-Hartenberg alpha of link 7'
+        function = 'sine' if name[0] == 's' else 'cosine'
+        return '1', f'{function} of Denavit-Hartenberg alpha of link 7'
     return 'm', f'Denavit-Hartenberg {name[0]} of link {name[1]}'

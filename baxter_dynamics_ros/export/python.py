@@ -6,7 +6,7 @@ from .generated import PATH
 from .legend import FRAMES, head, parameters
 from ..model.arm import BaxterArm
 
-_USAGE = '''
+_USAGE = """
 Each function takes sin q, cos q and further vectors as sequences of 7 scalars, and the parameters
 in the order of PARAMETERS, such as VALUES. It returns a tuple of scalars: its results row by row,
 one after the other, as FUNCTIONS describes them. Scalars may be floats, NumPy arrays, CasADi or
@@ -17,7 +17,7 @@ SymPy symbols, JAX arrays or PyTorch tensors:
 For NumPy arrays (..., 7) of states, evaluate returns arrays of the shapes in FUNCTIONS:
 
     tau = evaluate(inverse_dynamics, q, qd, qdd)
-'''
+"""
 _EVALUATE = '''
 
 def evaluate(function, q, *vectors, parameters=VALUES):

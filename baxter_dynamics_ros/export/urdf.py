@@ -1,4 +1,4 @@
-"""Export as URDF: the manufacturer's description with one arm's geometry, inertias and friction."""
+"""Export as URDF: the manufacturer's description with the parameters of one arm."""
 
 from collections.abc import Iterator
 from pathlib import Path

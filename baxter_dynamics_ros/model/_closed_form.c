@@ -16,9 +16,9 @@ enum { JOINTS = 7, BLOCK = 16 };
 #endif
 
 /*
- * Sines and cosines of n angles to 1e-15. The first loop has no branch, so that compilers vectorise
- * it: Taylor series of half the angle, less whole turns, and the double-angle formulas. Whole turns
- * are exact below 1e8 rad; the C library computes larger angles.
+ * Sines and cosines of n angles to 1e-15. The first loop has no branch, so that compilers
+ * vectorise it: Taylor series of half the angle, less whole turns, and the double-angle formulas.
+ * Whole turns are exact below 1e8 rad; the C library computes larger angles.
  */
 INLINE void sines_and_cosines(size_t n, const double *restrict x, double *restrict sines,
     double *restrict cosines)

@@ -91,17 +91,15 @@ void batch(std::size_t n, const Inputs &in, const Parameters *p, const Outputs &
 struct Kernel {
     const char *name;
     One one;
-    std::vector<Batch> batches;  // one for each of TARGETS
+    std::vector<Batch> batches;  // in the order of available()
 };
 
 #ifdef BAXTER_DYNAMICS_X86
-const std::vector<std::string> kTargets{"baseline", "avx2", "avx512"};
 #define BATCHES(name, inputs, outputs) \
     {&batch<baseline::baxter_dynamics_##name##_batch, inputs, outputs>, \
      &batch<avx2::baxter_dynamics_##name##_batch, inputs, outputs>, \
      &batch<avx512::baxter_dynamics_##name##_batch, inputs, outputs>}
 #else
-const std::vector<std::string> kTargets{"baseline"};
 #define BATCHES(name, inputs, outputs) \
     {&batch<baseline::baxter_dynamics_##name##_batch, inputs, outputs>}
 #endif
@@ -143,24 +141,25 @@ struct Function {
     Parameters parameters;
     py::object validate;  // (names, arguments) -> contiguous float arrays of one shape, or raises
     py::dtype double_type = py::dtype::of<double>();
+    py::object array_type = py::module_::import("numpy").attr("ndarray");
 
     py::object call(PyObject *const *arguments) const {
         std::array<py::array, 3> arrays;
         if (!direct(arguments, arrays))
             convert(arguments, arrays);
-        for (;;) {
-            bool finite;
-            py::object results = compute(arrays, finite);
-            if (finite)
-                return results;
+        bool finite;
+        py::object results = compute(arrays, finite);
+        if (!finite) {
             convert(arguments, arrays);  // raises, unless another thread has changed the numbers
+            results = compute(arrays, finite);
         }
+        return results;
     }
 
     // Take the arguments as they are if all are contiguous float arrays of one shape (..., 7).
     bool direct(PyObject *const *arguments, std::array<py::array, 3> &arrays) const {
         for (std::size_t i = 0; i < names.size(); i++) {
-            if (Py_TYPE(arguments[i]) != reinterpret_cast<PyTypeObject *>(array_type().ptr()))
+            if (reinterpret_cast<PyObject *>(Py_TYPE(arguments[i])) != array_type.ptr())
                 return false;
             arrays[i] = py::reinterpret_borrow<py::array>(arguments[i]);
             const py::array &a = arrays[i];
@@ -237,11 +236,6 @@ struct Function {
                 return false;
         return true;
     }
-
-    static py::handle array_type() {
-        static const py::handle type = py::object(py::module_::import("numpy").attr("ndarray")).release();
-        return type;
-    }
 };
 
 PyObject *call(PyObject *self, PyObject *const *arguments, Py_ssize_t count) {
@@ -255,8 +249,6 @@ PyObject *call(PyObject *self, PyObject *const *arguments, Py_ssize_t count) {
         return function->call(arguments).release().ptr();
     } catch (py::error_already_set &error) {
         error.restore();
-    } catch (const std::bad_alloc &) {
-        PyErr_NoMemory();
     } catch (const std::exception &error) {
         PyErr_SetString(PyExc_RuntimeError, error.what());
     }
@@ -273,7 +265,8 @@ py::object make(const std::string &name, std::vector<std::string> names,
     const auto targets = available();
     if (target.empty())
         target = targets.back();
-    if (std::find(targets.begin(), targets.end(), target) == targets.end())
+    const auto index = std::find(targets.begin(), targets.end(), target) - targets.begin();
+    if (std::size_t(index) == targets.size())
         throw py::value_error("target: not available on this processor: " + target);
     const auto kernel = std::find_if(kKernels.begin(), kKernels.end(), [&](const Kernel &each) {
         return name == each.name;
@@ -281,7 +274,6 @@ py::object make(const std::string &name, std::vector<std::string> names,
     if (kernel == kKernels.end() || parameters.size() * sizeof(double) != sizeof(Parameters))
         throw py::value_error("the extension does not fit _closed_form.py: build it again");
     auto function = std::make_unique<Function>();
-    const auto index = std::find(kTargets.begin(), kTargets.end(), target) - kTargets.begin();
     function->one = kernel->one;
     function->batch = kernel->batches[std::size_t(index)];
     function->names = std::move(names);
@@ -302,7 +294,6 @@ py::object make(const std::string &name, std::vector<std::string> names,
 }  // namespace
 
 PYBIND11_MODULE(_compiled, module) {
-    module.doc() = "The closed form, compiled from _closed_form.c.";
     module.attr("TARGETS") = py::tuple(py::cast(available()));
     module.def("function", &make, py::arg("name"), py::arg("names"), py::arg("shapes"),
                py::arg("parameters"), py::arg("validate"), py::arg("target") = "",

@@ -1,6 +1,7 @@
 """Engines of the closed form: compiled from C, or in Python with NumPy."""
 
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from importlib.util import find_spec
 from math import cos, isfinite, prod, sin
 import os
@@ -27,7 +28,7 @@ ENGINE_VARIABLE = 'BAXTER_DYNAMICS_ENGINE'
 _BLOCK = 4096  # states computed at a time: a temporary and its neighbours stay in the cache
 _STATE = (N_JOINTS,)
 _FLOAT = np.dtype(float)
-_to_list = np.ndarray.tolist
+_to_list: Callable[[Any], Any] = np.ndarray.tolist
 
 
 def choose_engine(engine: str) -> str:
@@ -55,7 +56,7 @@ def choose_engine(engine: str) -> str:
         return PYTHON
     installed = find_spec('._compiled', __package__) is not None
     try:
-        from . import _compiled  # noqa: F401
+        import_module('._compiled', __package__)
     except ImportError as error:
         reason = (f'the compiled extension does not load ({error}); reinstall the package with a '
                   f'C++ compiler and pybind11, or choose {PYTHON!r}')
@@ -89,10 +90,10 @@ def parameter_values(parameters: ArmParameters, pseudo_inertia: Array, gravity: 
         If the arm is not built like Baxter's.
 
     """
-    alpha = parameters.alpha[-1]
+    a, d, alpha = (x.tolist() for x in (parameters.a, parameters.d, parameters.alpha))
     return (*base_parameters(parameters, pseudo_inertia).tolist(), *lengths(parameters),
-            *(-gravity).tolist(), float(parameters.d[0]), float(parameters.a[-1]), float(parameters.d[-1]), sin(alpha),
-            cos(alpha), *mount[:3].ravel().tolist())
+            *(-gravity).tolist(), d[0], a[-1], d[-1], sin(alpha[-1]), cos(alpha[-1]),
+            *mount[:3].ravel().tolist())
 
 
 def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> dict[str, Function]:
@@ -111,7 +112,7 @@ def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> di
     """
     shift = theta_offset - theta_offsets()  # the generated functions have theta_2 = q_2 + pi/2
     if engine == COMPILED:
-        from . import _compiled
+        _compiled = import_module('._compiled', __package__)
 
         def make(name: str) -> Function:
             return _compiled.function(name, _names(name), _shapes(name), values, finite_batches)

@@ -54,12 +54,12 @@ def finite_batches(names: Sequence[str], values: Sequence[ArrayLike]) -> list[Ar
     """
     arrays = [finite_batch(name, value, N_JOINTS) for name, value in zip(names, values)]
     try:
-        arrays = np.broadcast_arrays(*arrays)
+        broadcast = np.broadcast_arrays(*arrays)
     except ValueError:
         shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(names, arrays))
         raise ArgumentError(', '.join(names),
                             f'leading axes do not broadcast: {shapes}') from None
-    return [np.require(array, float, 'CA') for array in arrays]
+    return [np.require(array, float, ['C', 'A']) for array in broadcast]
 
 
 def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf,

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip('casadi', reason='needed to derive the closed form: pip install casadi')
-from tools.closed_form import frames  # noqa: E402, I100
-from tools.closed_form.quantities import PARAMETERS, formulate  # noqa: E402
-from baxter_dynamics_ros.model import lagrange_euler, paper_tables  # noqa: E402
+from baxter_dynamics_ros.model import lagrange_euler, paper_tables  # noqa: E402, I100
+from tools.closed_form import frames  # noqa: E402
+from tools.closed_form.quantities import formulate, PARAMETERS  # noqa: E402
 
 EXACT = {'rtol': 0.0, 'atol': 1e-12}
 

@@ -1,4 +1,4 @@
-"""The committed files are what the generator writes, and the Python file computes the formulation."""
+"""The committed files are those that the generator writes, and compute the formulation."""
 
 from baxter_dynamics_ros.model import _closed_form
 import numpy as np

@@ -30,7 +30,7 @@ def program_of(quantity: Quantity, tilted: bool) -> Program:
     """
     vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
     parameters = {name: 0 if name in ONLY_TILTED and not tilted else casadi.SX.sym(name)
-                 for name in PARAMETERS}
+                  for name in PARAMETERS}
     formulation = formulate(vectors['sin_q'], vectors['cos_q'], parameters)
     values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))
     symbols = [symbol for vector in vectors.values() for symbol in vector]

@@ -42,8 +42,8 @@ _DQD = Output('dtau_dqd', (N, N), 'N m s/rad', 'derivative of tau by qd; row i i
 
 
 _Y = Output('Y', (N, len(TILTED_NAMES)), 'N m per base parameter',
-            'regressor: tau = Y phi; the last two columns are zero where gravity is along the axis '
-            'of joint 1')
+            'regressor: tau = Y phi; the last two columns are zero where gravity is along the '
+            'axis of joint 1')
 _T = Output('T', (4, 4), '1, m', 'pose of the hand in the base frame')
 _J = Output('J', (6, N), 'm, 1', 'Jacobian of the hand in the base frame: linear, then angular')
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from textwrap import fill, indent
 
 from .derivation import program_of
-from .program import Program
+from .program import Program, Value
 from .quantities import PARAMETERS, QUANTITIES, Quantity
 from .source import assignments
 
@@ -55,7 +55,7 @@ def _function(quantity: Quantity) -> str:
     body = [_tuple('', [names[f'{vector}[{i}]'] for i in range(7)], end=f' = {vector}')
             for vector in vectors]
     body.append(_tuple('', PARAMETERS, end=' = parameters'))
-    results: dict[object, str] = {}  # value -> its name; equal results share one
+    results: dict[Value, str] = {}  # value -> its name; equal results share one
     for i, value in enumerate(program.outputs):
         kind = program.nodes[value[1]][0]
         results.setdefault(value, '0.0' if kind == 'number' and program.nodes[value[1]][1] == 0
