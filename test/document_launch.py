@@ -14,7 +14,7 @@ from document_setup import executables, PACKAGE, REPOSITORY
 # Element -> the attributes that it may have.
 KNOWN = {
     'launch': {'version'},
-    'arg': {'name', 'default', 'description', 'value'},
+    'arg': {'name', 'default', 'description', 'value', 'if', 'unless'},
     'choice': {'value'},
     'node': {'pkg', 'exec', 'name', 'namespace', 'output', 'args', 'ros_args', 'if', 'unless'},
     'param': {'name', 'value', 'from'},
@@ -132,6 +132,9 @@ def _substituted(text, variables, file):
             return variables[words[0]]
         if name == 'find-pkg-share' and words == [PACKAGE]:
             return str(REPOSITORY)
+        compared = re.fullmatch(r'eval "\'(.*)\' == \'(.*)\'"', match[1])
+        if compared:
+            return str(compared[1] == compared[2]).lower()
         raise LaunchError(f'{file.name}: {match[0]} is not known')
     before = None
     while text is not None and text != before:

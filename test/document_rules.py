@@ -181,6 +181,7 @@ def cd(page, words):
 
 RULES = {
     'baxter_dynamics': baxter_dynamics, 'fake_baxter': node, 'torque_predictor': node,
+    'joint_state_bridge': node,
     'ros2': ros2, 'python': python, 'python3': python, 'pytest': pytest, 'pip': pip,
     'colcon': on_a_ros_machine, 'rosdep': on_a_ros_machine, 'source': on_a_ros_machine,
     'git': git, 'mypy': mypy, 'export': export, 'cd': cd,

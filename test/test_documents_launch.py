@@ -60,7 +60,24 @@ def test_without_arguments_it_is_the_right_arm_with_its_parameter_file():
     assert command == [
         'torque_predictor', '--ros-args', '--params-file',
         str(REPOSITORY / 'config' / 'right_arm.yaml'), '-r', '__node:=torque_predictor', '-p',
-        'arm:=right', '-r', '/robot/joint_states:=/robot/joint_states']
+        'arm:=right', '-p', 'use_sim_time:=false', '-r',
+        '/robot/joint_states:=/robot/joint_states']
+
+
+def test_a_robot_is_bridged_by_the_same_file():
+    predictor, bridge = nodes(REPOSITORY / 'launch' / 'torque_predictor.launch.xml', {
+        'robot': 'http://011303P0017.local:11311'})
+    assert predictor[0] == 'torque_predictor'
+    assert bridge == ['joint_state_bridge', '--ros-args', '-r', '__node:=joint_state_bridge', '-p',
+                      'master_uri:=http://011303P0017.local:11311', '-r',
+                      '/robot/joint_states:=/robot/joint_states']
+
+
+def test_a_simulated_robot_has_simulated_time_and_no_springs():
+    (command,) = nodes(REPOSITORY / 'launch' / 'torque_predictor.launch.xml', {
+        'simulation': 'true', 'joint_states': '/joint_states', 'arm': 'left'})
+    assert str(REPOSITORY / 'config' / 'simulation.yaml') in command
+    assert {'use_sim_time:=true', 'arm:=left', '/robot/joint_states:=/joint_states'} <= set(command)
 
 
 def test_both_arms_have_a_parameter_file():
