@@ -14,7 +14,7 @@ import pytest
 NAME = 'baxter_dynamics_ros'
 INTERFACES = 'baxter_dynamics_interfaces'
 REPOSITORY = Path(__file__).resolve().parents[1]
-EXECUTABLES = ('baxter_dynamics', 'fake_baxter', 'torque_predictor')
+EXECUTABLES = ('baxter_dynamics', 'fake_baxter', 'joint_state_bridge', 'torque_predictor')
 
 # The tools of this interpreter first, as in a virtual environment that need not be active.
 PATH = os.pathsep.join([sysconfig.get_path('scripts'), os.environ['PATH']])

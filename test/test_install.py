@@ -80,12 +80,12 @@ def test_command_runs(venv):
     assert (answer.returncode, answer.stdout.strip()) == (0, __version__)
 
 
-@pytest.mark.parametrize('executable', ['fake_baxter', 'torque_predictor'])
+@pytest.mark.parametrize('executable', ['fake_baxter', 'joint_state_bridge', 'torque_predictor'])
 def test_nodes_are_on_the_path(venv, executable):
     assert os.access(venv.prefix / 'bin' / executable, os.X_OK)
 
 
-@pytest.mark.parametrize('executable', ['torque_predictor', 'fake_baxter'])
+@pytest.mark.parametrize('executable', ['torque_predictor', 'joint_state_bridge', 'fake_baxter'])
 def test_nodes_name_the_extra_they_need(venv, executable):
     answer = venv.run(executable)
     assert answer.returncode == 1

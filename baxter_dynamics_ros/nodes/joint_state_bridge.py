@@ -64,9 +64,10 @@ class JointStateBridge(Node):
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
         self._subscriber.start()
 
-    def close(self) -> None:
-        """Stop republishing and unregister from the robot's master."""
+    def destroy_node(self) -> None:
+        """Unregister from the robot's master, then destroy the node."""
         self._subscriber.stop()
+        super().destroy_node()
 
     def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,
                         arrival_ns: int) -> None:
@@ -176,7 +177,7 @@ def main(args: list[str] | None = None) -> int:
     with ExitStack() as stack:
         def make() -> JointStateBridge:
             node = JointStateBridge()
-            stack.callback(node.close)
+            stack.callback(node.destroy_node)
             return node
         make.__doc__ = JointStateBridge.__doc__
         return run(make, 'joint_state_bridge', args)

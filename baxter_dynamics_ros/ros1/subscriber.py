@@ -83,7 +83,9 @@ class Subscriber:
         self._thread.start()
 
     def stop(self) -> None:
-        """End all connections and unregister."""
+        """End all connections and unregister; a second call does nothing."""
+        if self._ended.is_set():
+            return
         self._ended.set()
         with self._lock:
             for connection in self._connections.values():

@@ -21,7 +21,7 @@ def arguments(root):
 
 def test_the_parameter_file_names_the_arm_unless_an_argument_does(root):
     assert arguments(root)['arm'] == 'as_in_params'
-    silent, given = root.findall('node')
+    silent, given = root.findall('node[@exec="torque_predictor"]')
     assert silent.get('if') == '$(equals $(var arm) as_in_params)'
     assert given.get('if') == '$(or $(equals $(var arm) right) $(equals $(var arm) left))'
     assert silent.findall('param[@name]') == []
@@ -42,6 +42,24 @@ def test_both_arms_are_two_nodes_in_namespaces_of_their_own(root):
         assert [each.attrib for each in node.findall('param')] == [
             {'from': f'$(var {arm}_params)'}, {'name': 'arm', 'value': arm}]
         assert arguments(root)[f'{arm}_params'] == '$(var params)'
+
+
+def test_a_simulated_robot_has_its_own_parameters_and_time(root):
+    simulated, real = root.findall('arg[@name="params"]')  # the first that applies holds
+    assert simulated.get('if') == '$(var simulation)'
+    assert simulated.get('default').endswith('/config/simulation.yaml')
+    assert real.get('default').endswith('/config/right_arm.yaml')
+    (time,) = root.findall('set_parameter')
+    assert time.attrib == {
+        'name': 'use_sim_time', 'value': 'true', 'if': '$(var simulation)'}
+
+
+def test_a_robot_is_bridged_if_it_is_named(root):
+    (bridge,) = root.findall('node[@exec="joint_state_bridge"]')
+    assert bridge.get('unless') == '$(eval "\'$(var robot)\' == \'\'")'
+    assert arguments(root)['robot'] == ''
+    assert [each.attrib for each in bridge.findall('param')] == [
+        {'name': 'master_uri', 'value': '$(var robot)'}]
 
 
 def test_every_node_takes_joint_states_from_the_topic_given(root):
