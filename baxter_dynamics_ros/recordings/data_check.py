@@ -210,6 +210,8 @@ def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
     """Yield what is wrong; a rule is asked only while those before it found nothing."""
     yield from _constant_effort(data)
     lag = _odd_lag(check)
+    found: list[Notice] = []
+    rule: Any = None
     for rule in (_velocity_scale, _exchanged, _sign, _without_gravity, _scale, _hand_guided,
                  _springs):
         found = list(rule(data, check))
@@ -261,7 +263,9 @@ def _exchanged(data: _Data, check: DataCheck) -> Iterator[Notice]:
     total[(constant & (orders != identity)).any(1)] = np.inf
     best = orders[int(np.argmin(total))]
     what = 'efforts'
-    if (best == identity).all():
+    bearing = np.nan_to_num(check.correlation[_LOAD_BEARING][data.moves[_LOAD_BEARING]])
+    # Efforts with the shape of their own joint's prediction belong to it, whatever their gain.
+    if (best == identity).all() and not (np.abs(bearing) > 0.7).all():
         best, what = _exchanged_joints(data, float(np.trace(cost))), 'joints'
     where = np.flatnonzero(best != identity)
     if len(where):
