@@ -140,8 +140,9 @@ def _contact(calibration: Calibration) -> 'Finding | None':
     errors = ', '.join(
         f'{JOINTS[i]} {torque(calibration.rms_after[i])} without it and '
         f'{torque(calibration.rms_with_contact[i])} with it' for i in joints)
-    return Finding('Contact', f'{"; ".join(map(str, calibration.contacts))}. It is left out of the '
-                   f'fit and of the errors on this page: {errors}.')
+    named = '; '.join(map(str, calibration.contacts))
+    return Finding('Contact', f'{named}. It is left out of the fit and of the errors on this '
+                   f'page: {errors}.')
 
 
 def _trust(calibration: Calibration) -> Finding:

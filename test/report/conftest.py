@@ -32,7 +32,8 @@ def too_short():
     """Return what is found about a recording on which nothing can be predicted."""
     none = {signal: Band(np.zeros((0, 7)), np.zeros((0, 7))) for signal in METHODS}
     return Evaluation('too short', '/robot/joint_states', 'right', 0.0, 0.0, {'received': 1},
-                      (Notice('nothing', 'nothing could be predicted'),), {}, {}, {}, np.zeros(0), none)
+                      (Notice('nothing', 'nothing could be predicted'),), {}, {}, {},
+                      np.zeros(0), none)
 
 
 @pytest.fixture(scope='session')
@@ -115,7 +116,8 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
              for name, values in errors.items()}
     return Evaluation(
         name, '/robot/joint_states', 'right', n * PERIOD, 1 / PERIOD,
-        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5}, tuple(Notice('test', text) for text in warnings),
+        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
+        tuple(Notice('test', text) for text in warnings),
         {method: found[method] for method in METHODS if effort},
         {estimator: found[estimator] for estimator in ESTIMATORS if effort},
         {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)}, time,
