@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .term import Parameter, Row, Sample, WORTH_OF_ALL
+from .term import Fitted, Parameter, Sample, WORTH_OF_ALL
 from ..model.arm import BaxterArm
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
@@ -32,8 +32,7 @@ class Tilt:
     name = 'tilt'
     shared = True
     worth = WORTH_OF_ALL
-    parameters: tuple[Parameter, ...] = (Parameter('gravity x', 'm/s^2', _TILT),
-                                         Parameter('gravity y', 'm/s^2', _TILT))
+    parameters: tuple[Parameter, ...] = (Parameter(_TILT), Parameter(_TILT))
 
     def acting(self, joint: int) -> list[int]:
         """Return which of the parameters act on a joint: both."""
@@ -50,12 +49,12 @@ class Tilt:
         z = np.sqrt(gravity @ gravity - x * x - y * y)
         values['gravity'] = (float(x), float(y), float(np.copysign(z, gravity[2])))
 
-    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-             active: Bools) -> Iterator[Row]:
-        """Yield name, unit, value before and after, and uncertainty of each component."""
-        for i, parameter in enumerate(self.parameters):
-            yield (parameter.name, parameter.unit, before['gravity'][i], after['gravity'][i],
-                   np.sqrt(covariance[i, i]))
+    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+               active: Bools) -> Iterator[Fitted]:
+        """Yield each quantity that was fitted."""
+        for i, axis in enumerate('xy'):
+            yield Fitted(self.name, None, axis, 'm/s^2', before['gravity'][i],
+                         after['gravity'][i], float(np.sqrt(covariance[i, i])))
 
 
 class Links:
@@ -75,9 +74,7 @@ class Links:
     def __init__(self, arm: BaxterArm) -> None:
         self._root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
         self._units = self._root[:, None] @ _SYMMETRIC @ self._root.swapaxes(-1, -2)[:, None]
-        self.parameters = tuple(
-            Parameter(f'link {i + 1} S{a + 1}{b + 1}', '-', _LINK)
-            for i in range(N_JOINTS) for a, b in _PAIRS)
+        self.parameters = (Parameter(_LINK),) * (N_JOINTS * len(_PAIRS))
 
     def acting(self, joint: int) -> list[int]:
         """Return which of the parameters act on a joint: those of the links beyond it."""
@@ -103,9 +100,9 @@ class Links:
         values['links.center_of_mass'] = tuple(center.ravel())
         values['links.inertia'] = tuple(inertia_elements(inertia).ravel())
 
-    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-             active: Bools) -> Iterator[Row]:
-        """Yield name, unit, value before and after, and uncertainty of masses and moments."""
+    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+               active: Bools) -> Iterator[Fitted]:
+        """Yield each quantity that was fitted."""
         for link in range(N_JOINTS):
             own = slice(10 * link, 10 * link + 10)
             for name, unit, element in (('mass', 'kg', (3, 3)), ('moment x', 'kg m', (0, 3)),
@@ -113,8 +110,8 @@ class Links:
                                         ('moment z', 'kg m', (2, 3))):
                 gradient = self._units[(link, slice(None)) + element]
                 variance: Any = gradient @ covariance[own, own] @ gradient
-                yield (f'link {link + 1} {name}', unit, _moment(before, link, element[0]),
-                       _moment(after, link, element[0]), np.sqrt(variance))
+                yield Fitted(self.name, link, name, unit, _moment(before, link, element[0]),
+                             _moment(after, link, element[0]), float(np.sqrt(variance)))
 
 
 class Tool:
@@ -137,12 +134,9 @@ class Tool:
 
     def __init__(self, payload: Payload) -> None:
         self._base = payload
-        names = {self.mass: ('payload mass', 'kg', _PAYLOAD_MASS, -payload.mass)}
-        names.update({n: (f'payload moment {axis}', 'kg m', _PAYLOAD_MOMENT, -np.inf)
-                      for n, axis in zip(self.moments, 'xyz')})
-        self.parameters = tuple(
-            Parameter(*names.get(n, (f'payload second moment {n}', 'kg m^2', 1.0, -np.inf)))
-            for n in range(len(_PAIRS)))
+        priors = {self.mass: Parameter(_PAYLOAD_MASS, -payload.mass),
+                  **dict.fromkeys(self.moments, Parameter(_PAYLOAD_MOMENT))}
+        self.parameters = tuple(priors.get(n, Parameter(1.0)) for n in range(len(_PAIRS)))
 
     def acting(self, joint: int) -> list[int]:
         """Return which of the parameters act on a joint: all."""
@@ -175,20 +169,21 @@ class Tool:
         if mass == 0.0:
             values['payload.inertia'] = (0.0,) * 6
 
-    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-             active: Bools) -> Iterator[Row]:
-        """Yield name, unit, value before and after, and uncertainty of mass and centre."""
+    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+               active: Bools) -> Iterator[Fitted]:
+        """Yield each quantity that was fitted."""
         mass = after['payload.mass']
-        yield ('payload mass', 'kg', before['payload.mass'], mass,
-               np.sqrt(covariance[self.mass, self.mass]))
+        yield Fitted(self.name, None, 'mass', 'kg', before['payload.mass'], mass,
+                     float(np.sqrt(covariance[self.mass, self.mass])))
         if mass < 1e-3:
             return
         for i, (axis, own) in enumerate(zip('xyz', self.moments)):
             center = after['payload.center_of_mass'][i]
             pair = covariance[np.ix_([own, self.mass], [own, self.mass])]
             gradient = np.array([1.0, -center]) / mass
-            yield (f'payload center {axis}', 'm', before['payload.center_of_mass'][i], center,
-                   np.sqrt(gradient @ pair @ gradient))
+            yield Fitted(self.name, None, f'center {axis}', 'm',
+                         before['payload.center_of_mass'][i], center,
+                         float(np.sqrt(gradient @ pair @ gradient)))
 
 
 def _moment(values: dict[str, Any], link: int, axis: int) -> float:

@@ -1,26 +1,30 @@
-"""From recordings to the settings of one's own robot."""
+"""Calibration: from recordings to the settings of one's own robot."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .body_terms import REACH
-from .calibration_results import Calibration
-from .checks import long_enough, one_arm, refuse, warnings
-from .fit import Fit
+from .calibration_results import Calibration, Judged
+from .checks import check_data, distinct, long_enough, one_arm, refuse, warnings
+from .fit import best_fit, Choice, choose, Fit, pose, Problem, residual, rms
 from .fit_data import Motion, observe
-from .lag import velocity_lag
-from .term import Term
+from .term import Fitted, Term
 from .terms import all_terms, OPTIONAL
 from ..estimation.settings import PredictorSettings
 from ..model.exceptions import ArgumentError
-from ..model.joints import S1
+from ..model.joints import JOINTS, S1
+from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
+from ..recordings.notices import Notice
 from ..recordings.playback import Recording
+from ..recordings.velocity_lag import Lag
 
 PARTS = 5  # into which a single recording is split
+SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
 _LAG_OFF = 0.001  # a velocity lag that differs by more [s] is taken over
-_SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
+_SIGMAS = 3.0  # ... and by as many standard errors
 
 
 def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = None,
@@ -40,7 +44,7 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
     only : collection of str
         Names of the terms to fit, whatever they buy; by default all, where they pay.
     progress : callable, optional
-        Called with what is being done, in words.
+        Called with a description of each stage.
 
     Raises
     ------
@@ -50,80 +54,157 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
         If a setting is refused, or there is no such term.
 
     """
-    say = progress or (lambda text: None)
-    arm = one_arm(recordings)
-    given = PredictorSettings({**(values or {}), 'arm': arm})
-    # The base's tilt that is given becomes part of gravity, which is fitted.
-    values = {**given.values, 'gravity': tuple(given.arm.gravity_vector.tolist()),
-              'base.roll': 0.0, 'base.pitch': 0.0}
-    if not values['effort_model.enabled']:
-        raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
-                            'effort model to fit; begin with other parameters')
-    if not values['align']:
-        raise ArgumentError('align', 'false: a fit needs effort and acceleration of one instant')
+    report = progress or (lambda text: None)
+    values = _starting_values(values, one_arm(recordings))
     if only:  # beside what is asked for by name
         only = (*only, *(['inertial'] if inertial else []), *(['payload'] if payload else []))
-    motions = _observed(recordings, values, say)
+    motions, notices = distinct(_observed(recordings, values, report))
     refuse(motions)
-    lag = velocity_lag(long_enough(motions))
-    if lag is not None and abs(lag.value - values['acceleration.velocity_lag']) > _LAG_OFF:
+    check = check_data(long_enough(motions), values)
+    lag = None if check is None else check.lag
+    if check is not None:
+        notices += check.problems
+    if lag is not None and _is_off(lag, values['acceleration.velocity_lag']):
         values['acceleration.velocity_lag'] = round(max(lag.value, 0.0), 4)
-        motions = _observed(recordings, values, say)  # with the filter's delay as it should be
-    notes = list(warnings(motions))
+        motions, _ = distinct(_observed(recordings, values, report))  # with the filter's new delay
+    notices += warnings(motions)
     motions = long_enough(motions)
     by_time = len(motions) == 1
     if by_time:
         motions = _split(motions[0])
-        notes.append(
-            f'one recording: judged on each of {PARTS} parts of it, fitted to the others. A '
-            'motion that repeats lap after lap makes this look better than it is: record another')
-    terms = _terms(PredictorSettings(values), motions, only, {
-        'inertial': inertial, 'payload': payload}, notes)
-    say('fitting')
+        notices.append(Notice('by_time', f'one recording: judged on each of {PARTS} parts of it, '
+                              'fitted to the others. A motion that repeats lap after lap makes '
+                              'this look better than it is: record another'))
+    terms, kept_shape = _terms(PredictorSettings(values), motions, only,
+                               {'inertial': inertial, 'payload': payload})
+    notices += kept_shape
+    report('fitting')
     wanted = {'bias', *only, *OPTIONAL}
     if inertial or payload:
         wanted.add('tilt')  # whose part the bodies would take otherwise
-    fit = Fit(values, terms, wanted, motions)
-    notes += [f'{joint}: the motion does not show {", ".join(names)}: as before'
-              for joint, names in fit.lost.items()]
-    parameters = fit.fitted()
-    if any(row.name.startswith('payload center') and abs(row.after) >= REACH
-           for row in parameters):
-        notes.append("payload: the motion does not show its centre of mass: don't use it, record "
-                     'a wider motion (--plan shows one)')
-    say('judging on what was left out')
+    problem, choice, contacts, in_contact = _without_contact(values, terms, wanted, motions)
+    notices += in_contact
+    report('judging on what was left out')
+    fit, last = best_fit(problem, choice.steps)
+    notices += [*_unidentifiable(choice), *_given_up(choice, last), *_far_payload(fit.parameters)]
     return Calibration(
-        arm=arm, before=values, values=fit.values, parameters=parameters, steps=fit.steps,
-        judged=fit.judged(), by_time=by_time, lag=lag, warnings=tuple(notes),
-        samples=sum(map(len, motions)), duration=sum(motion.duration for motion in motions),
-        s1_range=_sweep(motions))
+        arm=values['arm'], before=values, values=fit.values, parameters=fit.parameters,
+        steps=choice.steps[:last + 1], judged=_judged(fit, problem, motions), by_time=by_time,
+        lag=lag, check=check, contacts=contacts, notices=tuple(notices),
+        samples=sum(map(len, problem.motions)),
+        duration=sum(motion.duration for motion in problem.motions), s1_range=_sweep(motions))
+
+
+def _starting_values(values: dict[str, Any] | None, arm: str) -> dict[str, Any]:
+    """Return all settings, with the given tilt of the base as a part of gravity."""
+    given = PredictorSettings({**(values or {}), 'arm': arm})
+    if not given.values['effort_model.enabled']:
+        raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
+                            'effort model to fit; begin with other parameters')
+    if not given.values['align']:
+        raise ArgumentError('align', 'false: a fit needs effort and acceleration of one instant')
+    return {**given.values, 'gravity': tuple(given.arm.gravity_vector.tolist()),
+            'base.roll': 0.0, 'base.pitch': 0.0}
 
 
 def _observed(recordings: Iterable[Recording], values: dict[str, Any],
-              say: Callable[[str], None]) -> list[Motion]:
+              report: Callable[[str], None]) -> list[Motion]:
     motions = []
     for recording in recordings:
-        say(f'reading {recording.name}')
+        report(f'reading {recording.name}')
         motions.append(observe(recording, values))
     return motions
 
 
+def _is_off(lag: Lag, setting: float) -> bool:
+    """Return whether the measured lag certainly differs from the setting [s]."""
+    return abs(lag.value - setting) > max(_LAG_OFF, _SIGMAS * lag.uncertainty)
+
+
 def _terms(settings: PredictorSettings, motions: list[Motion], only: Collection[str],
-           asked: dict[str, bool], notes: list[str]) -> list[Term]:
-    """Return the terms to fit; note what is left out."""
+           asked: dict[str, bool]) -> tuple[list[Term], list[Notice]]:
+    """Return the terms to fit, and a notice if the spring's shape is not among them."""
     lower, upper = settings.effort_model.spring_range
     low, high = np.clip(_sweep(motions), lower, upper)
-    shape = high - low >= _SWEEP * (upper - lower)
+    shape = sweeps(low, high, settings.values)
+    notices = []
     if not shape and (not only or 'spring' in only) and settings.effort_model.has_spring:
-        notes.append(f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to {upper:g} "
-                     'rad: its shape is kept, only gain and offset can be fitted')
+        notices.append(Notice(
+            'spring_shape', f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to "
+            f'{upper:g} rad: its shape is kept, only gain and offset can be fitted', ('s1',)))
     terms = all_terms(settings, shape, constant=shape and 'spring' in only and 'bias' not in only)
     names = {term.name for term in terms}
     for name in only:
         if name not in names:
             raise ArgumentError('only', f'no term {name}; there are {", ".join(sorted(names))}')
     return [term for term in terms
-            if (term.name in only if only else asked.get(term.name, True))]
+            if (term.name in only if only else asked.get(term.name, True))], notices
+
+
+def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
+    """Return whether s1, between two angles [rad], sweeps enough of the spring's range."""
+    lower, upper = values['effort_model.spring_range']
+    low, high = np.clip([low, high], lower, upper)
+    return bool(high - low >= SWEEP * (upper - lower))
+
+
+def _without_contact(
+        values: dict[str, Any], terms: list[Term], wanted: Collection[str],
+        motions: list[Motion]) -> tuple[Problem, Choice, list[Contact], list[Notice]]:
+    """Choose the terms; where the residual shows contact, leave that out and choose again."""
+    problem = pose(values, terms, motions)
+    choice = choose(problem, wanted)
+    contacts = [contact for motion in motions for contact in find_contacts(
+        motion.time, residual(motion, choice.values), motion.q, motion.name)]
+    if not contacts:
+        return problem, choice, [], []
+    free = [_free_of(contacts, motion) for motion in motions]
+    left = sum(map(len, free)) / sum(map(len, motions))
+    joints = tuple(sorted({contact.joint for contact in contacts}, key=JOINTS.index))
+    if left < 1.0 - MOST or not all(motion.duration > 0.0 for motion in free):
+        return problem, choice, [], [Notice(
+            'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
+            f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact. '
+            'Does the hand carry a load (--payload)?', joints)]
+    problem = pose(values, terms, free)
+    notice = Notice('contact', 'contact is left out of the fit: '
+                    + '; '.join(map(str, contacts)), joints)
+    return problem, choose(problem, wanted), contacts, [notice]
+
+
+def _free_of(contacts: list[Contact], motion: Motion) -> Motion:
+    own = [contact for contact in contacts if contact.recording == motion.name]
+    return motion.without(contact_rows(motion.time, own)) if own else motion
+
+
+def _judged(fit: Fit, problem: Problem, motions: list[Motion]) -> list[Judged]:
+    """Return the fold results, with the errors of whole recordings where they hold contact."""
+    return [one if len(free) == len(motion) else replace(
+                one, with_contact=rms(residual(motion, problem.updated(b))))
+            for one, free, motion, b in zip(fit.judged, problem.motions, motions, fit.left_out)]
+
+
+def _unidentifiable(choice: Choice) -> list[Notice]:
+    return [Notice('unidentifiable', f'{JOINTS[joint]}: the motion does not show '
+                   f'{", ".join(names)}: as before', (JOINTS[joint],))
+            for joint, names in choice.unidentifiable.items()]
+
+
+def _given_up(choice: Choice, last: int) -> list[Notice]:
+    """Return a notice if terms were given up because an earlier step predicts better."""
+    names = [step.term for step in choice.steps[last + 1:] if step.joints]
+    if not names:
+        return []
+    return [Notice('given_up', f'with {", ".join(names)} what was left out is predicted worse '
+                   'than without: the result is the step before')]
+
+
+def _far_payload(parameters: list[Fitted]) -> list[Notice]:
+    if not any(one.term == 'payload' and one.component.startswith('center')
+               and abs(one.value) >= REACH for one in parameters):
+        return []
+    return [Notice('payload_center', "payload: the motion does not show its centre of mass: don't "
+                   'use it, record a wider motion (--plan shows one)')]
 
 
 def _sweep(motions: list[Motion]) -> tuple[float, float]:

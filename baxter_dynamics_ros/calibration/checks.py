@@ -1,4 +1,4 @@
-"""Recordings that cannot be fitted to are refused, with the reason; others get warnings."""
+"""Checks before a fit: data that cannot be fitted are refused with the reason."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -8,8 +8,11 @@ import numpy as np
 from .fit_data import Motion
 from .identifiability import MOVES, turning
 from ..estimation.events import Event, REMEDIES
+from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
+from ..recordings.data_check import DataCheck, DataChecker
+from ..recordings.notices import Notice
 from ..recordings.playback import Recording
 
 _SHORT = 1.0  # a recording that is shorter is left out [s]
@@ -36,13 +39,31 @@ def long_enough(motions: list[Motion]) -> list[Motion]:
     return [motion for motion in motions if motion.duration >= _SHORT]
 
 
+def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
+    """Return each measurement once, and a notice for each recording that was given twice."""
+    kept: list[Motion] = []
+    notices = []
+    for motion in motions:
+        same = next((one for one in kept if len(one) and one.same_data(motion)), None)
+        if same is None:
+            kept.append(motion)
+        else:
+            notices.append(Notice('duplicate', f'holds the same data as {same.name}: counted once',
+                                  recording=motion.name))
+    return kept, notices
+
+
 def refuse(motions: list[Motion]) -> None:
-    """Refuse what cannot be fitted to, with the reason."""
+    """Refuse data that cannot be fitted, with the reason."""
     counts: dict[Any, int] = {}
     for motion in motions:
         for event, n in motion.counts.items():
             counts[event] = counts.get(event, 0) + n
     taken = counts.get('taken', 0)
+    implausible = counts.get(Event.IMPLAUSIBLE, 0)
+    if implausible > taken:
+        raise CalibrationError(f'{implausible} of {counts.get("received", 0)} joint states hold '
+                               f'{REMEDIES[Event.IMPLAUSIBLE]}')
     if not taken:
         raise CalibrationError('no valid joint states of the arm: evaluate says what is wrong')
     for event in (Event.EFFORT_ALL_ZERO, Event.EFFORT_MISSING):
@@ -53,22 +74,45 @@ def refuse(motions: list[Motion]) -> None:
     if duration < SHORTEST:
         raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
                                f'{SHORTEST:g} s, better a minute (--plan shows one)')
-    fastest = np.max([np.abs(motion.qd).max(0) for motion in motions if len(motion)], axis=0)
+    fastest = _fastest(motions)
     if (fastest < MOVES).all():
         raise CalibrationError(f'no joint moves faster than {fastest.max():.3f} rad/s: record a '
                                'motion that turns every joint round (--plan shows one)')
 
 
-def warnings(motions: list[Motion]) -> Iterator[str]:
-    """Yield what a reader should know of the recordings, a line each."""
-    moving = np.abs(np.concatenate([motion.qd for motion in motions])).max(0) > MOVES
-    for which, what in ((~moving, f'never moves faster than {MOVES:g} rad/s'),
-                        (moving & ~turning(motions), 'turns one way only')):
+def check_data(motions: list[Motion], values: dict[str, Any]) -> 'DataCheck | None':
+    """Return the check of the data; refuse them where they are not what the model describes."""
+    checker = DataChecker(PredictorSettings(values))
+    for motion in motions:
+        checker.add(motion.time, np.stack([motion.q, motion.qd, motion.qdd, motion.effort], 1),
+                    motion.newest_q, motion.newest_qd)
+        checker.end_recording()
+    check = checker.result()
+    if check is not None:
+        reasons = [problem.text for problem in check.problems if problem.refuses]
+        if reasons:
+            raise CalibrationError('; '.join(reasons))
+    return check
+
+
+def warnings(motions: list[Motion]) -> Iterator[Notice]:
+    """Yield what a reader should know of the recordings."""
+    moving = _fastest(motions) > MOVES
+    for kind, which, what in (
+            ('still', ~moving, f'never moves faster than {MOVES:g} rad/s'),
+            ('one_way', moving & ~turning(motions), 'turns one way only')):
         if which.any():
-            yield f'{", ".join(JOINTS[i] for i in np.flatnonzero(which))}: {what}'
+            joints = tuple(JOINTS[i] for i in np.flatnonzero(which))
+            yield Notice(kind, f'{", ".join(joints)}: {what}', joints)
     for motion in motions:
         if motion.duration < _SHORT:
-            yield f'{motion.name}: {motion.duration:.1f} s of motion are too short: left out'
+            yield Notice('short', f'{motion.duration:.1f} s of motion are too short: left out',
+                         recording=motion.name)
         for event, remedy in REMEDIES.items():
             if motion.counts.get(event):
-                yield f'{motion.name}: {motion.counts[event]} x {event.value}: {remedy}'
+                yield Notice(event.value, f'{motion.counts[event]} x {event.value}: {remedy}',
+                             recording=motion.name)
+
+
+def _fastest(motions: list[Motion]) -> Any:
+    return np.max([np.abs(motion.speed).max(0) for motion in motions if len(motion)], axis=0)

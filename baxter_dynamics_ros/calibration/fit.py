@@ -1,18 +1,19 @@
 """One calibration: choose the terms, fit them, and judge the fit on what it never saw."""
 
-from collections.abc import Collection
-from typing import Any, TypeVar
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from .body_terms import Links, Tilt, Tool
-from .calibration_results import Fitted, Judged
+from .calibration_results import Judged
 from .fit_data import Motion
 from .identifiability import turning, unknown
 from .noise import correlation_times, SHORTEST
 from .normal import information, NormalEquations, Regressor, solve
-from .selection import select
-from .term import Term
+from .selection import select, Step
+from .term import Fitted, Term
 from ..estimation.predictor import Estimate
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
@@ -22,149 +23,214 @@ _T = TypeVar('_T')
 
 _LINK_MARGIN = 0.05  # least eigenvalue of 1 + S that a link may have
 _TIES = 6  # times that a tool's second moments are found from its mass and centre of mass
+_WORSE = 0.01  # mean share by which a fit must be worse than an earlier step to be given up
 
 
-class Fit:
-    """
-    A fit of some terms to some motions.
+class Problem(NamedTuple):
+    """Terms and data of a fit, and the sums that connect them."""
 
-    Parameters
-    ----------
-    values : dict
-        All settings before.
-    terms : list
-        What may be fitted, in the order in which it is tried.
-    wanted : collection of str
-        Names of terms that are fitted whatever they buy.
-    motions : list of Motion
-        Each is left out in turn to judge what the others give.
+    before: dict[str, Any]  # all settings
+    regressor: Regressor
+    motions: list[Motion]
+    folds: list[NormalEquations]  # of each motion
 
-    Attributes
-    ----------
-    steps : list of Step
-        What each term bought.
-    values : dict
-        All settings after.
-    lost : dict
-        Joint name -> names of the terms that the motions do not show.
+    @property
+    def whole(self) -> NormalEquations:
+        """Return the sums over all motions."""
+        return sum(self.folds[1:], self.folds[0])
 
-    """
+    def about(self, settings: dict[str, Any], deviation: Array) -> 'Problem':
+        """Return the problem linearised about the settings that the deviations (p,) lead to."""
+        regressor = self.regressor.about(PredictorSettings(settings), deviation)
+        return self._replace(regressor=regressor, folds=_sums(regressor, self.motions))
 
-    def __init__(self, values: dict[str, Any], terms: list[Term], wanted: Collection[str],
-                 motions: list[Motion]) -> None:
-        self._before = values
-        self._motions = motions
-        self._regressor = Regressor(PredictorSettings(values), terms)
-        self._sum_up()
-        weights = self._weights(self._spread(), SHORTEST)
-        mask, self.lost = unknown(self._regressor, self._whole, weights, turning(motions))
-        selection = select(self._regressor, self._folds, weights, wanted, mask)
-        self.steps, self._active = selection.steps, selection.active
-        self._free = self._active & ~self._tied()
-        b = self._solve(self._whole, self._weights(self.steps[-1].rms, SHORTEST))
-        if self._is_bilinear():
-            self._regressor = self._regressor.about(PredictorSettings(self._updated(b)), b)
-            self._sum_up()
-        residuals = [residual(motion, self._updated(b)) for motion in motions]
-        self._final = self._weights(
-            rms(np.concatenate(residuals)),
-            correlation_times(residuals, [motion.period for motion in motions]))
-        self._left_out = [self._solve(self._whole - fold, self._final) for fold in self._folds]
-        self.values = self._updated(self._solve(self._whole, self._final))
-
-    def judged(self) -> list[Judged]:
-        """Return how well each motion is predicted by what the others gave."""
-        return [Judged(motion.name, motion.duration, rms(residual(motion, self._before)),
-                       rms(residual(motion, self._updated(b))))
-                for motion, b in zip(self._motions, self._left_out)]
-
-    def fitted(self) -> list[Fitted]:
-        """Return the parameters that were fitted."""
-        covariance = self._covariance()
-        return [Fitted(term.name, *row)
-                for term, where in zip(self._regressor.terms, self._regressor.slices)
-                if self._active[where].any()
-                for row in term.rows(self._before, self.values, covariance[where, where],
-                                     self._active[where])]
-
-    def _sum_up(self) -> None:
-        self._folds = [self._regressor.normal_equations(motion) for motion in self._motions]
-        self._whole = sum(self._folds[1:], self._folds[0])
-
-    def _spread(self) -> Array:
-        """Return the RMS (7,) that is left once bias and payload are known [N m]."""
-        active = np.zeros(len(self._regressor.parameters), dtype=bool)
-        for term, where in zip(self._regressor.terms, self._regressor.slices):
-            active[where] = term.name in ('bias', 'payload')
-        b = solve(self._whole, np.ones(N_JOINTS), self._regressor.parameters, active)
-        return np.sqrt(self._whole.squared_error(b) / self._whole.count)
-
-    def _weights(self, rms: Array, correlation_time: Array | float) -> Array:
+    def weights(self, rms: Array, correlation_time: Array | float = SHORTEST) -> Array:
         """Return 1 / variance (7,), as if there were a sample a correlation time [1/(N m)^2]."""
-        rate = self._whole.count / sum(motion.duration for motion in self._motions)
+        rate = self.whole.count / sum(motion.duration for motion in self.motions)
         return 1 / (np.maximum(rms, 1e-4) ** 2 * np.maximum(rate * correlation_time, 1.0))
 
-    def _is_bilinear(self) -> bool:
-        """Return whether gravity's direction multiplies bodies, and both are fitted."""
-        terms = zip(self._regressor.terms, self._regressor.slices)
-        kinds: set[type] = {type(term) for term, where in terms if self._active[where].any()}
-        return Tilt in kinds and bool(kinds & {Links, Tool})
-
-    def _tied(self) -> Bools:
-        """Return which parameters follow from others, (p,) of bool."""
-        mask = np.zeros(len(self._regressor.parameters), dtype=bool)
-        for term, where in self._of_kind(Tool):
-            mask[where.start + np.array(term.fixed)] = True
-        return mask
-
-    def _of_kind(self, kind: type[_T]) -> list[tuple[_T, slice]]:
-        return [(term, where) for term, where in zip(self._regressor.terms, self._regressor.slices)
+    def of_kind(self, kind: type[_T]) -> list[tuple[_T, slice]]:
+        """Return the terms of a kind and their parameters."""
+        return [(term, where) for term, where in zip(self.regressor.terms, self.regressor.slices)
                 if isinstance(term, kind)]
 
-    def _solve(self, normal: NormalEquations, weights: Array) -> Array:
-        """Return the deviations (p,), with what is tied, and bodies that can exist."""
-        parameters = list(self._regressor.parameters)
-        b: Array = np.zeros(len(parameters))
-        tools = [(term, where) for term, where in self._of_kind(Tool) if self._active[where].any()]
-        for _ in range(_TIES if tools else 1):
-            b = solve(normal, weights, parameters, self._free, b)
-            for term, where in tools:
-                b[where.start + np.array(term.fixed)] = term.second_moments(b[where])
-        for links, where in self._of_kind(Links):
-            while (least := links.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
-                link = 10 * int(np.argmin(least))  # believe more in what it was before
-                for k in range(where.start + link, where.start + link + 10):
-                    parameters[k] = parameters[k].tightened(0.7)
-                b = solve(normal, weights, parameters, self._free, b)
-        return b
-
-    def _updated(self, b: Array) -> dict[str, Any]:
-        """Return the settings with the deviations b."""
-        values = dict(self._before)
-        for term, where in zip(self._regressor.terms, self._regressor.slices):
+    def updated(self, b: Array) -> dict[str, Any]:
+        """Return the settings with the deviations b (p,)."""
+        values = dict(self.before)
+        for term, where in zip(self.regressor.terms, self.regressor.slices):
             if b[where].any():
                 term.update(values, b[where])
         return values
 
-    def _covariance(self) -> Array:
-        """
-        Return the covariance of all parameters, (p, p).
 
-        What noise and prior say, scaled up to what the fits without each motion in turn differ by
-        (the jackknife): a model that lacks something fits each motion differently.
-        """
-        free = np.flatnonzero(self._free)
-        covariance = np.zeros(2 * (len(self._free),))
-        covariance[np.ix_(free, free)] = np.linalg.inv(information(
-            self._whole, self._final, self._regressor.parameters, self._free))
-        jackknife = (len(self._left_out) - 1) * np.var(self._left_out, axis=0)
-        scale = np.ones(len(covariance))
-        scale[free] = np.sqrt(np.maximum(jackknife[free] / np.diag(covariance)[free], 1.0))
-        return covariance * scale[:, None] * scale
+class Choice(NamedTuple):
+    """Terms that were chosen, and a preliminary fit of them."""
+
+    steps: list[Step]
+    unidentifiable: dict[int, list[str]]  # joint -> names of the terms its motion does not show
+    values: dict[str, Any]  # settings of the preliminary fit
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit."""
+
+    values: dict[str, Any]  # all settings
+    parameters: list[Fitted]
+    judged: list[Judged]
+    left_out: list[Array]  # deviations (p,) of the fit without each motion
+
+    @property
+    def log_error(self) -> float:
+        """Return the mean logarithm of the joints' RMS on data left out."""
+        total = sum(one.duration * one.after ** 2 for one in self.judged)
+        return _log_error(np.sqrt(total / sum(one.duration for one in self.judged)))
+
+
+def pose(values: dict[str, Any], terms: list[Term], motions: list[Motion]) -> Problem:
+    """Return the problem of fitting some terms to some motions."""
+    regressor = Regressor(PredictorSettings(values), terms)
+    return Problem(values, regressor, motions, _sums(regressor, motions))
+
+
+def choose(problem: Problem, wanted: Collection[str]) -> Choice:
+    """Choose the terms; those named in ``wanted`` are fitted whatever they buy."""
+    weights = problem.weights(_spread(problem))
+    mask, lost = unknown(problem.regressor, problem.whole, weights, turning(problem.motions))
+    steps = select(problem.regressor, problem.folds, weights, wanted, mask)
+    active = steps[-1].active
+    b = _solve(problem, problem.whole, problem.weights(steps[-1].rms), active)
+    return Choice(steps, lost, problem.updated(b))
+
+
+def best_fit(problem: Problem, steps: Sequence[Step]) -> tuple[Fit, int]:
+    """
+    Return the fit of all chosen terms, or of an earlier step if that predicts better.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terms and data.
+    steps : sequence of Step
+        From :func:`choose`.
+
+    Returns
+    -------
+    tuple (Fit, int)
+        The fit, and the index of the last step that is part of it.
+
+    """
+    errors = np.array([_log_error(step.rms) for step in steps])
+    last = len(steps) - 1
+    fit = fit_terms(problem, steps[last])
+    while last > 0:
+        earlier = int(np.argmin(errors[:last]))
+        if fit.log_error < errors[earlier] + _WORSE:
+            break
+        other = fit_terms(problem, steps[earlier])
+        if other.log_error < fit.log_error - _WORSE:
+            fit, last = other, earlier
+        else:
+            errors[earlier] = np.inf  # the quick fit of this step promised too much
+    return fit, last
+
+
+def fit_terms(problem: Problem, step: Step) -> Fit:
+    """Fit what a step has kept, and judge it on each motion by a fit to the others."""
+    active = step.active
+    b = _solve(problem, problem.whole, problem.weights(step.rms), active)
+    if _is_bilinear(problem, active):
+        problem = problem.about(problem.updated(b), b)
+    residuals = [residual(motion, problem.updated(b)) for motion in problem.motions]
+    left_over = rms(np.concatenate(residuals))
+    weights = problem.weights(left_over)
+    left_out = [_solve(problem, problem.whole - fold, weights, active) for fold in problem.folds]
+    values = problem.updated(_solve(problem, problem.whole, weights, active))
+    # Residuals that stay alike for longer widen the deviations, and leave the fit as it is.
+    times = correlation_times(residuals, [motion.period for motion in problem.motions])
+    covariance = _covariance(problem, problem.weights(left_over, times), active, left_out)
+    parameters = [fitted for term, where in zip(problem.regressor.terms, problem.regressor.slices)
+                  if active[where].any()
+                  for fitted in term.fitted(problem.before, values, covariance[where, where],
+                                            active[where])]
+    judged = [Judged(motion.name, motion.duration, rms(residual(motion, problem.before)),
+                     rms(residual(motion, problem.updated(b))))
+              for motion, b in zip(problem.motions, left_out)]
+    return Fit(values, parameters, judged, left_out)
+
+
+def _sums(regressor: Regressor, motions: list[Motion]) -> list[NormalEquations]:
+    return [regressor.normal_equations(motion) for motion in motions]
+
+
+def _log_error(rms: Array) -> float:
+    return float(np.log(np.maximum(rms, 1e-4)).mean())
+
+
+def _spread(problem: Problem) -> Array:
+    """Return the RMS (7,) that is left once bias and payload are known [N m]."""
+    regressor = problem.regressor
+    active = np.zeros(len(regressor.parameters), dtype=bool)
+    for term, where in zip(regressor.terms, regressor.slices):
+        active[where] = term.name in ('bias', 'payload')
+    b = solve(problem.whole, np.ones(N_JOINTS), regressor.parameters, active)
+    return np.sqrt(problem.whole.squared_error(b) / problem.whole.count)
+
+
+def _is_bilinear(problem: Problem, active: Bools) -> bool:
+    """Return whether gravity's direction multiplies bodies, and both are fitted."""
+    terms = zip(problem.regressor.terms, problem.regressor.slices)
+    kinds: set[type] = {type(term) for term, where in terms if active[where].any()}
+    return Tilt in kinds and bool(kinds & {Links, Tool})
+
+
+def _free(problem: Problem, active: Bools) -> Bools:
+    """Return which active parameters do not follow from others, (p,) bool."""
+    free = active.copy()
+    for term, where in problem.of_kind(Tool):
+        free[where.start + np.array(term.fixed)] = False
+    return free
+
+
+def _solve(problem: Problem, normal: NormalEquations, weights: Array, active: Bools) -> Array:
+    """Return the deviations (p,), of which some follow from others, with bodies that can exist."""
+    parameters = list(problem.regressor.parameters)
+    free = _free(problem, active)
+    b: Array = np.zeros(len(parameters))
+    tools = [(term, where) for term, where in problem.of_kind(Tool) if active[where].any()]
+    for _ in range(_TIES if tools else 1):
+        b = solve(normal, weights, parameters, free, b)
+        for term, where in tools:
+            b[where.start + np.array(term.fixed)] = term.second_moments(b[where])
+    for links, where in problem.of_kind(Links):
+        while (least := links.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
+            link = 10 * int(np.argmin(least))  # rely more on its prior
+            for k in range(where.start + link, where.start + link + 10):
+                parameters[k] = parameters[k].tightened(0.7)
+            b = solve(normal, weights, parameters, free, b)
+    return b
+
+
+def _covariance(problem: Problem, weights: Array, active: Bools, left_out: list[Array]) -> Array:
+    """
+    Return the covariance of all parameters, (p, p).
+
+    Noise and prior give it, scaled up to the differences between the fits without each motion in
+    turn (the jackknife): a model that lacks something fits each motion differently.
+    """
+    mask = _free(problem, active)
+    free = np.flatnonzero(mask)
+    covariance = np.zeros(2 * (len(mask),))
+    covariance[np.ix_(free, free)] = np.linalg.inv(information(
+        problem.whole, weights, problem.regressor.parameters, mask))
+    jackknife = (len(left_out) - 1) * np.var(left_out, axis=0)
+    scale = np.ones(len(covariance))
+    scale[free] = np.sqrt(np.maximum(jackknife[free] / np.diag(covariance)[free], 1.0))
+    return covariance * scale[:, None] * scale
 
 
 def residual(motion: Motion, values: dict[str, Any]) -> Array:
-    """Return what settings leave over of a motion, (n, 7) [N m], by the node's own code."""
+    """Return the residual of a motion with some settings, (n, 7) [N m], by the node's own code."""
     settings = PredictorSettings(values)
     model = settings.effort_model
     presliding = (motion.presliding(model.dahl_length) if model.has_dahl

@@ -1,11 +1,11 @@
-"""What a motion does not show: parameters that stay as uncertain as they were before."""
+"""Identifiability: parameters that the motion leaves as uncertain as they were before."""
 
 import numpy as np
 
 from .fit_data import Motion
 from .normal import information, NormalEquations, Regressor
 from ..model.arrays import Array, Bools
-from ..model.joints import JOINTS
+from ..model.joints import N_JOINTS
 
 MOVES = 0.05  # a joint that never exceeds this speed does not move [rad/s]
 
@@ -13,15 +13,15 @@ _UNKNOWN = 0.7  # share of the prior's uncertainty that is left, above which not
 
 
 def turning(motions: list[Motion]) -> Bools:
-    """Return which joints turn round, that is, move both ways: (7,) of bool."""
-    qd = np.concatenate([motion.qd for motion in motions])
-    return (qd.max(0) > MOVES) & (qd.min(0) < -MOVES)
+    """Return which joints move in both directions, judged by positions, (7,) bool."""
+    speed = np.concatenate([motion.speed for motion in motions])
+    return (speed.max(0) > MOVES) & (speed.min(0) < -MOVES)
 
 
 def unknown(regressor: Regressor, normal: NormalEquations, weights: Array,
-            turning: Bools) -> tuple[Bools, dict[str, list[str]]]:
+            turning: Bools) -> tuple[Bools, dict[int, list[str]]]:
     """
-    Find the joints' own parameters that the data cannot tell, even alone beside the bias.
+    Find the unidentifiable parameters of each joint, even alone beside the bias.
 
     Those of a joint that does not turn round are among them: noise would be fitted to noise.
 
@@ -39,19 +39,19 @@ def unknown(regressor: Regressor, normal: NormalEquations, weights: Array,
     Returns
     -------
     tuple (ndarray (p,) of bool, dict)
-        Which, and joint name -> names of the terms.
+        Which, and index of a joint -> names of the terms.
 
     """
     parameters = regressor.parameters
     mask = np.zeros(len(parameters), dtype=bool)
-    lost: dict[str, list[str]] = {}
+    lost: dict[int, list[str]] = {}
     own = [(term, where) for term, where in zip(regressor.terms, regressor.slices)
            if not term.shared]
     bias = [where.start for term, where in own if term.name == 'bias']
     for term, where in own:
         if term.name == 'bias':
             continue
-        for joint, name in enumerate(JOINTS):
+        for joint in range(N_JOINTS):
             for k in where.start + np.array(term.acting(joint), dtype=int):
                 active = np.zeros(len(parameters), dtype=bool)
                 active[[k, *(start + joint for start in bias)]] = True
@@ -59,6 +59,6 @@ def unknown(regressor: Regressor, normal: NormalEquations, weights: Array,
                 variance = np.diag(inverse)[np.flatnonzero(active) == k].item()
                 if not turning[joint] or np.sqrt(variance) > _UNKNOWN * parameters[k].prior:
                     mask[k] = True
-                    if term.name not in lost.setdefault(name, []):
-                        lost[name].append(term.name)
+                    if term.name not in lost.setdefault(joint, []):
+                        lost[joint].append(term.name)
     return mask, lost

@@ -5,14 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from .term import Parameter, Row, Sample, WORTH
+from .term import Fitted, Parameter, Sample, WORTH
 from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
-from ..model.joints import JOINTS, S1
+from ..model.joints import N_JOINTS, S1
 
 # What is believed before anything is measured: standard deviations, here as shares of a joint's
 # greatest torque, for torques and what makes them.
-TORQUE = 0.04 * np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # [N m]
+_LARGEST = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # torque of each joint [N m]
+TORQUE = 0.04 * _LARGEST  # [N m]
+# Offsets are bounded by nothing but the sensor: 30 to 40 N m at s1 were measured on some robots.
+OFFSET = _LARGEST  # [N m]
+GAIN = 'gain'  # component of a spring whose shape is kept
+
 _GAIN = 0.2  # of the spring's given shape [-]
 _SHAPE = 5.0  # a coefficient of the spring [N m]
 _NEW_SHAPE = 100.0  # ... where nothing is known of it
@@ -31,10 +36,10 @@ class PerJoint:
         self._without = without
         self.setting = f'effort_model.{name}'
         self._column = column
+        self.unit = unit
         self.parameters = tuple(
-            Parameter(f'{name} {joint}', unit, float(prior[i]),
-                      -np.inf if lower is None else -float(lower[i]))
-            for i, joint in enumerate(JOINTS))
+            Parameter(float(prior[i]), -np.inf if lower is None else -float(lower[i]))
+            for i in range(N_JOINTS))
 
     def acting(self, joint: int) -> list[int]:
         """Return which of the parameters act on a joint."""
@@ -48,13 +53,13 @@ class PerJoint:
         """Add the deviations to the settings."""
         values[self.setting] = tuple(np.asarray(values[self.setting]) + deviation)
 
-    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-             active: Bools) -> Iterator[Row]:
-        """Yield name, unit, value before and after, and uncertainty of each that was fitted."""
+    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+               active: Bools) -> Iterator[Fitted]:
+        """Yield each quantity that was fitted."""
         deviation = np.sqrt(np.diag(covariance))
-        for i in np.flatnonzero(active):
-            yield (self.parameters[i].name, self.parameters[i].unit, before[self.setting][i],
-                   after[self.setting][i], deviation[i])
+        for i in np.flatnonzero(active).tolist():
+            yield Fitted(self.name, i, '', self.unit, before[self.setting][i],
+                         after[self.setting][i], float(deviation[i]))
 
 
 class DahlFriction(PerJoint):
@@ -84,11 +89,12 @@ class Spring:
         if shape:
             self._units = np.eye(5)[0 if constant else 1:]
             prior = _NEW_SHAPE if constant else _SHAPE
-            self.parameters = tuple(Parameter(f'spring {name}', 'N m', prior)
-                                    for name in names[0 if constant else 1:])
+            self._components = names[0 if constant else 1:]
+            self.parameters = tuple(Parameter(prior) for _ in self._components)
         else:
             self._units = model.spring_coefficients[None]
-            self.parameters = (Parameter('spring gain', '-', _GAIN),)
+            self._components = (GAIN,)
+            self.parameters = (Parameter(_GAIN),)
 
     def acting(self, joint: int) -> list[int]:
         """Return which of the parameters act on a joint: all on s1."""
@@ -105,12 +111,13 @@ class Spring:
         coefficients = np.asarray(values['effort_model.spring_coefficients'])
         values['effort_model.spring_coefficients'] = tuple(coefficients + deviation @ self._units)
 
-    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-             active: Bools) -> Iterator[Row]:
-        """Yield name, unit, value before and after, and uncertainty of each that was fitted."""
+    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+               active: Bools) -> Iterator[Fitted]:
+        """Yield each quantity that was fitted."""
         start, end = (np.asarray(values['effort_model.spring_coefficients'])
                       for values in (before, after))
         inverse = np.linalg.pinv(self._units)
-        for i, parameter in enumerate(self.parameters):
-            yield (parameter.name, parameter.unit, float(start @ inverse[:, i]),
-                   float(end @ inverse[:, i]), np.sqrt(covariance[i, i]))
+        unit = '-' if self._components == (GAIN,) else 'N m'
+        for i, component in enumerate(self._components):
+            yield Fitted(self.name, S1, component, unit, float(start @ inverse[:, i]),
+                         float(end @ inverse[:, i]), float(np.sqrt(covariance[i, i])))

@@ -1,4 +1,4 @@
-"""Which terms pay: each is kept where it makes recordings that were left out easier to predict."""
+"""Selection of terms: each is kept where it improves the prediction of data left out."""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
@@ -12,18 +12,12 @@ from ..model.joints import N_JOINTS
 
 
 class Step(NamedTuple):
-    """What one more term bought."""
+    """Cross-validated residual after one more term."""
 
     term: str
     joints: tuple[int, ...]  # indices of the joints where it was kept
     rms: Array  # (7,) of recordings left out, with all terms kept so far [N m]
-
-
-class Selection(NamedTuple):
-    """The terms that pay."""
-
-    active: Bools  # (p,) of bool
-    steps: list[Step]  # the first has no term
+    active: Bools = np.zeros(0, dtype=bool)  # (p,) parameters kept so far
 
 
 class LeftOut:
@@ -59,7 +53,7 @@ class LeftOut:
 
 
 def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
-           wanted: Collection[str], unknown: Bools) -> Selection:
+           wanted: Collection[str], unknown: Bools) -> list[Step]:
     """
     Choose the terms by what they do for data that were left out.
 
@@ -74,13 +68,18 @@ def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
     wanted : collection of str
         Names of terms that are fitted whatever they buy.
     unknown : ndarray (p,) of bool
-        Parameters that the data cannot tell: these are not fitted.
+        Unidentifiable parameters, which are not fitted.
+
+    Returns
+    -------
+    list of Step
+        The first has no term.
 
     """
     left_out = LeftOut(regressor, folds)
     active = np.zeros(len(regressor.parameters), dtype=bool)
     error = left_out.whole.square.copy()
-    steps = [Step('', (), left_out.rms(error))]
+    steps = [Step('', (), left_out.rms(error), active.copy())]
     shared = False
     for term, where in _in_turn(regressor, left_out, weights, active):
         trial = active.copy()
@@ -111,8 +110,8 @@ def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
                     active[own] = True
                     error[joint] = new
                     kept += (joint,)
-        steps.append(Step(term.name, kept, left_out.rms(error)))
-    return Selection(active, steps)
+        steps.append(Step(term.name, kept, left_out.rms(error), active.copy()))
+    return steps
 
 
 def _in_turn(regressor: Regressor, left_out: LeftOut, weights: Array,

@@ -1,4 +1,4 @@
-"""What all that can be fitted has in common: parameters, rows of a motion, the interface."""
+"""What the terms of a fit have in common: parameters, samples, interface."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -11,8 +11,19 @@ from .fit_data import Motion
 from ..model.arm import BaxterArm
 from ..model.arrays import Array, Bools
 
-# Of what was fitted: name, unit, value before and after, and uncertainty.
-Row = tuple[str, str, float, float, float]
+
+@dataclass(frozen=True)
+class Fitted:
+    """One quantity after the fit."""
+
+    term: str  # name of the term
+    joint: 'int | None'  # index of its joint, or of the joint that moves the link; None of all
+    component: str  # which of several quantities, such as 'sin q' or 'mass'; empty for the only
+    unit: str
+    before: float
+    value: float
+    deviation: float  # standard deviation
+
 
 # By which share a term must lower the RMS on what was left out to be kept: of one joint for a
 # joint's own term, on the mean for a term of all joints, which may harm some. What has no physics
@@ -24,8 +35,6 @@ WORTH, WORTH_OF_ALL, WORTH_OF_ODD = 0.01, 0.02, 0.05
 class Parameter:
     """One number to fit: a deviation from what the settings say."""
 
-    name: str  # such as 'coulomb s1'
-    unit: str
     prior: float  # standard deviation before anything is measured
     lower: float = -np.inf  # least deviation
 
@@ -75,6 +84,6 @@ class Term(Protocol):
     def update(self, values: dict[str, Any], deviation: Array) -> None:
         """Add the deviations to the settings."""
 
-    def rows(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-             active: Bools) -> Iterator[Row]:
+    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+               active: Bools) -> Iterator[Fitted]:
         """Yield what was fitted."""

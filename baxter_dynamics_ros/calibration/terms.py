@@ -8,7 +8,7 @@ regressor that belong to them, and how it is written into the settings.
 import numpy as np
 
 from .body_terms import Links, Tilt, Tool
-from .joint_terms import DahlFriction, PerJoint, Spring, TORQUE
+from .joint_terms import DahlFriction, OFFSET, PerJoint, Spring, TORQUE
 from .term import Sample, Term, WORTH_OF_ODD
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
@@ -45,7 +45,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     """
     model = settings.effort_model
     terms: list[Term] = [
-        PerJoint('bias', 'N m', TORQUE, _ones),
+        PerJoint('bias', 'N m', OFFSET, _ones),
         Tool(settings.arm.payload),  # friction pays next to nothing while a load is not known
     ]
     if shape or model.has_spring:

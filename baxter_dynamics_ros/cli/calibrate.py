@@ -88,13 +88,12 @@ def _comments(result: Calibration, command: str) -> list[str]:
         f'Fitted to {result.samples} samples, {result.duration:.0f} s. What is not here has its '
         'default.', '',
         f'Residual RMS [N m] on {kind} left out of the fit, before and after:', *rows,
-        *([''] + [f'Warning: {warning}' for warning in result.warnings] if result.warnings
-          else [])]
+        *([''] + [f'Warning: {notice}' for notice in result.notices] if result.notices else [])]
 
 
 def _print(result: Calibration) -> None:
-    for warning in result.warnings:
-        say(f'warning: {warning}')
+    for notice in result.notices:
+        say(f'warning: {notice}')
     if result.lag is not None:
         say(f'velocity lag: {1e3 * result.lag.value:.1f} ms')
     kind = 'parts of the recording' if result.by_time else 'recordings'

@@ -16,6 +16,7 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 from ..recordings.evaluate_recordings import Evaluator
 from ..recordings.evaluation_results import Evaluation
+from ..recordings.notices import Notice
 from ..recordings.writer import BagWriter, save_predictions
 from ..report.evaluation_report import Total, write_evaluation
 
@@ -53,7 +54,8 @@ def main(args: argparse.Namespace) -> int:
             with recording, watched(recording) as played:
                 evaluation = evaluator.evaluate(played)
                 evaluations.append(replace(
-                    evaluation, warnings=(*recording.remarks, *evaluation.warnings)))
+                    evaluation, notices=(*(Notice('recording', remark) for remark in recording.remarks),
+                                         *evaluation.notices)))
                 if writer is not None:
                     settings = PredictorSettings({**values, 'arm': recording.arm})
                     save_predictions(recording, settings, writer, args.node)
@@ -73,8 +75,8 @@ def main(args: argparse.Namespace) -> int:
 
 def _print(evaluations: list[Evaluation], total: Total | Evaluation) -> None:
     for evaluation in evaluations:
-        for warning in evaluation.warnings:
-            say(f'warning: {evaluation.name}: {warning}')
+        for notice in evaluation.notices:
+            say(f'warning: {evaluation.name}: {notice}')
     if not total.methods:
         say('no valid effort: nothing to compare the prediction with')
         return

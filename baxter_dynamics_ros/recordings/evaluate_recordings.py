@@ -1,4 +1,4 @@
-"""How well the model predicts a recording: both methods, three accelerations, every term."""
+"""Evaluation of recordings: errors of both methods, of three accelerations, and of every term."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -6,7 +6,10 @@ from typing import Any
 import numpy as np
 
 from .bands import RunningBands
+from .contact_intervals import Contact, contact_rows, find_contacts, MOST
+from .data_check import DataCheck, DataChecker
 from .evaluation_results import Errors, ESTIMATORS, Evaluation, METHODS, TERMS
+from .notices import Notice
 from .playback import Block, play, Recording
 from .running import RunningErrors, RunningSquares
 from .stamp_statistics import StampClock, StampStatistics
@@ -19,6 +22,7 @@ from ..newton_euler import NewtonEuler
 # The robot's stamps lie within 0.4 % of the period of a grid, times of arrival beyond 20 %.
 _IRREGULAR = 0.1
 _FEW = 100  # predictions, under which numbers mean little
+_SPACING = 0.04  # of the residuals in which contact is looked for [s]
 
 
 class Evaluator:
@@ -85,6 +89,8 @@ class _Run:
         self.bands = RunningBands(['measured', *METHODS,
                                    *('error_' + name for name in METHODS + ESTIMATORS)])
         self._clock = StampClock()
+        self._checker = DataChecker(settings)
+        self._residuals = _ThinnedResiduals()
 
     def take(self, block: Block) -> Prediction:
         """Take a block in, and return its Prediction."""
@@ -116,8 +122,13 @@ class _Run:
             gravity=gravity.round(12),  # without what rounding leaves at s0, where it is zero
             spring=model.spring(q), friction=model.friction(qd, z),
             other=np.broadcast_to(model.other(q, qdd), q.shape))
-        self.bands.add(self._clock.elapsed(estimate.stamp_ns), np.stack(
+        time = self._clock.elapsed(estimate.stamp_ns)
+        self.bands.add(time, np.stack(
             [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
+        there = np.isfinite(measured[:, 0])
+        self._checker.add(time[there], np.stack([q, qd, qdd, measured], axis=1)[there],
+                          block.q[there], block.qd[there])
+        self._residuals.add(time[there], (measured - prediction.effort)[there], q[there])
         return prediction
 
     def result(self, recording: Recording) -> Evaluation:
@@ -126,31 +137,67 @@ class _Run:
         time, bands = self.bands.result()
         stamps = self._clock.result()
         shares = self.shares.result()
+        check = self._checker.result()
+        contacts, share = self._residuals.contacts()
+        if share > MOST or check is not None and any(one.refuses for one in check.problems):
+            contacts = []  # the model is too far off to tell
         return Evaluation(
             name=recording.name, topic=recording.topic, arm=recording.arm,
             duration=stamps.duration, rate=stamps.rate, counts=counts,
-            warnings=tuple(self._warnings(stamps)), methods=_results(self.errors, METHODS),
+            notices=tuple(self._notices(stamps, check, contacts)),
+            methods=_results(self.errors, METHODS),
             estimators=_results(self.errors, ESTIMATORS),
             shares={name: shares[name] for name in TERMS if name in shares},
-            time=time, bands=bands)
+            time=time, bands=bands, check=check, contacts=tuple(contacts))
 
-    def _warnings(self, stamps: StampStatistics) -> Iterator[str]:
+    def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',
+                 contacts: list[Contact]) -> Iterator[Notice]:
+        if check is not None:
+            yield from check.problems
+        for contact in contacts:
+            yield Notice('contact', f'contact: {contact}', (contact.joint,))
         counts = self.predictor.counts
         if not counts['predicted']:
-            yield ("nothing could be predicted: the arm's joint states are too few, or never "
-                   'go on for long enough for the filter to settle')
+            yield Notice('nothing', "nothing could be predicted: the arm's joint states are too "
+                         'few, or never go on for long enough for the filter to settle')
         elif counts['predicted'] < _FEW:
-            yield f'only {counts["predicted"]} predictions: these numbers mean little'
+            yield Notice('few', f'only {counts["predicted"]} predictions: these numbers mean '
+                         'little')
         if not counts[Event.REPEATED_STAMP] and stamps.irregularity > _IRREGULAR:
-            yield (f'stamps are irregular: they deviate from a regular period by '
-                   f'{100 * stamps.irregularity:.0f} %. They look like times of arrival, which '
-                   "blur the accelerations: record with the robot's own stamps")
+            yield Notice('stamps', 'stamps are irregular: they deviate from a regular period by '
+                         f'{100 * stamps.irregularity:.0f} %. They look like times of arrival, '
+                         "which blur the accelerations: record with the robot's own stamps")
         elif stamps.lost and not counts[Event.REPEATED_STAMP]:
-            yield (f'{stamps.lost} messages are lost: the stamps have a period of '
-                   f'{1e3 * stamps.period:.1f} ms, with holes')
+            yield Notice('lost', f'{stamps.lost} messages are lost: the stamps have a period of '
+                         f'{1e3 * stamps.period:.1f} ms, with holes')
         for event, remedy in REMEDIES.items():
             if counts[event]:
-                yield f'{counts[event]} x {event.value}: {remedy}'
+                yield Notice(event.value, f'{counts[event]} x {event.value}: {remedy}')
+
+
+class _ThinnedResiduals:
+    """Residuals at 25 Hz in single precision: an hour of them is 6 MB."""
+
+    def __init__(self) -> None:
+        self._last = -_SPACING
+        self._parts: list[tuple[Array, Any, Any]] = []
+
+    def add(self, time: Array, residual: Array, q: Array) -> None:
+        """Add samples (n,), (n, 7), (n, 7), of which few are kept."""
+        step = np.floor(time / _SPACING)
+        new = np.flatnonzero(np.diff(step, prepend=np.floor(self._last / _SPACING)))
+        if len(new):
+            self._last = time[new[-1]]
+            self._parts.append((time[new], residual[new].astype(np.float32),
+                                q[new].astype(np.float32)))
+
+    def contacts(self) -> tuple[list[Contact], float]:
+        """Return the contacts, and for which share of the time there is any."""
+        if not self._parts:
+            return [], 0.0
+        time, residual, q = (np.concatenate(column) for column in zip(*self._parts))
+        contacts = find_contacts(time, residual, q)
+        return contacts, float(contact_rows(time, contacts).mean())
 
 
 def _results(errors: dict[str, RunningErrors], names: tuple[str, ...]) -> Errors:

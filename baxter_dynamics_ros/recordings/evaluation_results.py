@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
+from .contact_intervals import Contact
+from .data_check import DataCheck
+from .notices import Notice
 from ..model.arrays import Array
 
 METHODS = ('lagrange_euler', 'newton_euler')
@@ -67,8 +70,8 @@ class Evaluation:
         Predictions a second in that time, one a joint state [Hz].
     counts : dict
         Event value (str), 'received', 'taken', 'predicted' -> how often.
-    warnings : tuple of str
-        What a reader should know before believing the numbers, a line each.
+    notices : tuple of Notice
+        What a reader should know before trusting the numbers; those of the data check first.
     methods : dict
         Each of METHODS -> ErrorStatistics; empty where there is no valid effort.
     estimators : dict
@@ -80,6 +83,10 @@ class Evaluation:
     bands : dict
         Signal -> Band [N m]: 'measured', 'lagrange_euler', 'newton_euler' (effort), and
         'error_' + each of METHODS and of ESTIMATORS. NaN where an interval has no sample.
+    check : DataCheck or None
+        Check of the data; None where there are too few samples with effort.
+    contacts : tuple of Contact
+        Where the residual is larger than errors of the model.
 
     """
 
@@ -89,9 +96,16 @@ class Evaluation:
     duration: float
     rate: float
     counts: dict[Any, int]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
     methods: Errors
     estimators: Errors
     shares: dict[str, Array]
     time: Array
     bands: dict[str, Band]
+    check: 'DataCheck | None' = None
+    contacts: tuple[Contact, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Return the notices as lines of text."""
+        return tuple(map(str, self.notices))

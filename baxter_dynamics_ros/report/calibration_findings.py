@@ -7,6 +7,7 @@ import numpy as np
 from .calibration_terms import parameter_name, PER_JOINT, term_name, value_text
 from .findings import Finding, percent, torque
 from .page import change, number
+from ..calibration.calibrate_robot import sweeps
 from ..calibration.calibration_results import Calibration
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 _SAME = 0.005  # a residual that differs by a smaller share is the same
 _WORSE = 0.02  # a single recording is called worse from this share on
 _FEW = 3  # recordings; with fewer, one more tells much
-_SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
 _NAMED = 5  # that are named, before the rest is counted
 _LONGEST = 60  # letters of a recording's name within a sentence
 
@@ -38,7 +38,8 @@ def findings(calibration: Calibration) -> list[Finding]:
 
     """
     found = [_gain(calibration), _left(calibration), _bought(calibration), _harm(calibration),
-             _worse(calibration), _trust(calibration), _uncertain(calibration),
+             _worse(calibration), _contact(calibration), _trust(calibration),
+             _uncertain(calibration),
              _record_next(calibration)]
     return [finding for finding in found if finding is not None]
 
@@ -132,6 +133,18 @@ def _worse(calibration: Calibration) -> 'Finding | None':
                    f'{torque(judged[n].after[joint])} after.')
 
 
+def _contact(calibration: Calibration) -> 'Finding | None':
+    if not calibration.contacts:
+        return None
+    joints = sorted({JOINTS.index(contact.joint) for contact in calibration.contacts})
+    errors = ', '.join(
+        f'{JOINTS[i]} {torque(calibration.rms_after[i])} without it and '
+        f'{torque(calibration.rms_with_contact[i])} with it' for i in joints)
+    named = '; '.join(map(str, calibration.contacts))
+    return Finding('Contact', f'{named}. It is left out of the fit and of the errors on this '
+                   f'page: {errors}.')
+
+
 def _trust(calibration: Calibration) -> Finding:
     n = len(calibration.judged)
     if calibration.by_time:
@@ -146,7 +159,7 @@ def _trust(calibration: Calibration) -> Finding:
 
 def _uncertain(calibration: Calibration) -> 'Finding | None':
     loose = [fitted for fitted in calibration.parameters
-             if fitted.term != 'inertial' and fitted.uncertainty > abs(fitted.after)]
+             if fitted.term != 'inertial' and fitted.deviation > abs(fitted.value)]
     if not loose:
         return None
     named = [f'{parameter_name(one)} ({value_text(one)})' for one in loose[:_NAMED]]
@@ -165,10 +178,10 @@ def _record_next(calibration: Calibration) -> 'Finding | None':
         wishes.append('more recordings of different motions')
     lower, upper = calibration.values['effort_model.spring_range']
     low, high = np.clip(calibration.s1_range, lower, upper)
-    if calibration.values['effort_model.enabled'] and high - low < _SWEEP * (upper - lower):
+    if calibration.values['effort_model.enabled'] and not sweeps(low, high, calibration.values):
         wishes.append(f'a motion that sweeps s1 from {number(lower, 1)} to {number(upper, 1)} '
                       f'rad, for the spring (now {number(low, 2)} to {number(high, 2)})')
-    if any('does not show' in line or 'never moves' in line for line in calibration.warnings):
+    if any(notice.kind in ('unidentifiable', 'still') for notice in calibration.notices):
         wishes.append('a motion in which the joints named in the warnings turn to and fro')
     if not wishes:
         return None

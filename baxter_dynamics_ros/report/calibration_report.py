@@ -1,8 +1,6 @@
 """The calibration report: one page that holds all there is to know of a calibration."""
 
-from collections.abc import Iterable
 from pathlib import Path
-import re
 import shlex
 from typing import Any
 
@@ -20,6 +18,7 @@ from .. import __version__
 from ..calibration.calibration_results import Calibration
 from ..files import write_file
 from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.notices import Notice
 
 WARNINGS_SHOWN = 8  # the others are folded
 _ROWS_SHOWN = 20  # a longer table of recordings is folded
@@ -51,7 +50,7 @@ def write_calibration(path: str | Path, calibration: Calibration, command: str,
     parameters = parameters or path.with_suffix('.yaml').name
     page = render(
         'calibration.html.j2', calibration=calibration, findings=findings(calibration),
-        remarks=remarks(calibration), warnings_first=_general_first(calibration.warnings),
+        remarks=remarks(calibration), warnings_first=_general_first(calibration.notices),
         warnings_shown=WARNINGS_SHOWN, rows_shown=_ROWS_SHOWN,
         meanings=[(term_name(step.term), MEANINGS.get(step.term, ''))
                   for step in calibration.steps[1:]],
@@ -62,7 +61,7 @@ def write_calibration(path: str | Path, calibration: Calibration, command: str,
 
 
 def _tables(calibration: Calibration) -> dict[str, Table | None]:
-    links = [one for one in calibration.parameters if one.term == 'inertial']
+    links = calibration.of_term('inertial')
     others = [one for one in calibration.parameters if one.term != 'inertial']
     return {
         'gain': gain_table(calibration),
@@ -90,6 +89,6 @@ def _pictures(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def _general_first(warnings: Iterable[str]) -> list[str]:
-    """Return what is about all recordings before what is about one, such as 'run: 5 x ...'."""
-    return sorted(warnings, key=lambda line: bool(re.search(r': \d+ x ', line)))
+def _general_first(notices: tuple[Notice, ...]) -> list[str]:
+    """Return notices about all recordings before those about one."""
+    return [str(notice) for notice in sorted(notices, key=lambda one: bool(one.recording))]

@@ -9,7 +9,8 @@ from .calibration_terms import parameter_name, term_name, unit_name
 from .model_figures import effort_model, spring_effort
 from .page import change, decimals, NO_VALUE, number
 from .tables import Column, Table
-from ..calibration.calibration_results import Calibration, Fitted
+from ..calibration.calibration_results import Calibration
+from ..calibration.term import Fitted
 from ..model.arrays import Array
 from ..model.joints import JOINTS, N_JOINTS
 
@@ -81,8 +82,9 @@ def links_table(fitted: list[Fitted]) -> Table:
     rows: dict[str, dict[str, tuple[str, ...]]] = {}
     columns: list[Column] = []
     for one in fitted:
-        link, quantity = one.name.split()[1], one.name.split(maxsplit=2)[2]
-        rows.setdefault(f'{quantity} [{unit_name(one.unit)}]', {})[link] = _texts(one)
+        assert one.joint is not None  # link i is moved by joint i
+        rows.setdefault(f'{one.component} [{unit_name(one.unit)}]', {})[
+            str(one.joint + 1)] = _texts(one)
     links = list(next(iter(rows.values())))
     for quantity, of in rows.items():
         columns += [Column(label, tuple(of[link][k] for link in links), quantity)
@@ -108,10 +110,10 @@ def spring_table(calibration: Calibration) -> Table:
 
 def _texts(fitted: Fitted) -> tuple[str, str, str, str]:
     """Return value before, after, uncertainty, and the change in units of that."""
-    sigma = fitted.uncertainty
+    sigma = fitted.deviation
     digits = decimals(sigma)
-    moved = (fitted.after - fitted.before) / sigma if sigma > 0.0 else math.nan
-    return (number(fitted.before, digits), number(fitted.after, digits), number(sigma, digits),
+    moved = (fitted.value - fitted.before) / sigma if sigma > 0.0 else math.nan
+    return (number(fitted.before, digits), number(fitted.value, digits), number(sigma, digits),
             number(moved, 1))
 
 

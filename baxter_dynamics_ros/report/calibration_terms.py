@@ -1,7 +1,8 @@
-"""A calibration's terms in words, and which of them act at which joints."""
+"""Names and meanings of the terms of a calibration."""
 
 from .page import plus_minus
-from ..calibration.calibration_results import Calibration, Fitted
+from ..calibration.calibration_results import Calibration
+from ..calibration.term import Fitted
 from ..model.joints import JOINTS
 
 NAMES = {
@@ -41,14 +42,16 @@ def term_name(term: str) -> str:
 
 def parameter_name(fitted: Fitted) -> str:
     """Return a fitted parameter's name as people say it, such as 'Coulomb s1'."""
-    rest = fitted.name.removeprefix(fitted.term).strip()
-    return f'{term_name(fitted.term)} {rest}' if rest != fitted.name else fitted.name
+    if fitted.term == 'tilt':
+        return f'gravity {fitted.component}'
+    joint = '' if fitted.joint is None or fitted.component else JOINTS[fitted.joint]
+    return f'{term_name(fitted.term)} {fitted.component or joint}'
 
 
 def per_joint(calibration: Calibration, term: str) -> dict[int, Fitted]:
     """Return index of a joint -> what was fitted to a term of each joint's own."""
-    return {JOINTS.index(fitted.name.rpartition(' ')[2]): fitted
-            for fitted in calibration.parameters if fitted.term == term}
+    return {fitted.joint: fitted for fitted in calibration.of_term(term)
+            if fitted.joint is not None}
 
 
 def unit_name(unit: str) -> str:
@@ -59,5 +62,5 @@ def unit_name(unit: str) -> str:
 def value_text(fitted: Fitted) -> str:
     """Return what was fitted, with its uncertainty and unit."""
     unit = unit_name(fitted.unit)
-    return (plus_minus(fitted.after, fitted.uncertainty)
+    return (plus_minus(fitted.value, fitted.deviation)
             + ('\u00a0' + unit.replace(' ', '\u00a0') if unit else ''))

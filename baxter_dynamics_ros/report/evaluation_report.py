@@ -10,7 +10,8 @@ from .figures import COARSE, effort_picture, estimator_picture, FINE, terms_pict
 from .findings import findings, remarks
 from .page import encoded, render
 from .summary import summary_csv, summary_json
-from .tables import estimators_table, recordings_table, size_table, Table, table_five, terms_table
+from .tables import (check_table, estimators_table, recordings_table, size_table, Table,
+                     table_five, terms_table)
 from .. import __version__
 from ..files import write_files
 from ..model.arrays import Array
@@ -34,6 +35,7 @@ class Section(NamedTuple):
     effort_pictures: list[Picture]  # one a joint; none where nothing was predicted
     acceleration_pictures: list[Picture]  # one a joint; none without measured effort
     terms_picture: 'Picture | None'
+    check: 'Table | None'
     size: Table
     table_five: Table
     terms: 'Table | None'
@@ -103,6 +105,7 @@ def _section(number: int, evaluation: Evaluation) -> Section:
         [estimator_picture(f'{start}_acceleration_{joint}', evaluation, i, intervals)
          for i, joint in enumerate(JOINTS) if evaluation.estimators],
         terms_picture(f'{start}_terms', evaluation.shares) if evaluation.shares else None,
+        check_table(evaluation.check) if evaluation.check else None,
         size_table(evaluation, 'this recording'), table_five(evaluation, 'this recording'),
         terms_table(evaluation.shares) if evaluation.shares else None,
         estimators_table(evaluation))

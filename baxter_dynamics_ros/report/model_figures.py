@@ -11,7 +11,9 @@ import numpy as np
 from .calibration_terms import PER_JOINT, per_joint, term_name, unit_name
 from .drawing import FAINT, Picture, place, sheet, styled, svg, zero_line
 from .gain_figures import AFTER, BEFORE
-from ..calibration.calibration_results import Calibration, Fitted
+from ..calibration.calibration_results import Calibration
+from ..calibration.term import Fitted
+from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, S1
@@ -25,11 +27,7 @@ _SMALLEST = 1e-3  # half of the least height of a panel [N m]
 
 def effort_model(values: dict[str, Any]) -> EffortModel:
     """Return the effort model of a predictor's settings."""
-    if not values['effort_model.enabled']:
-        return EffortModel.rigid()
-    prefix = 'effort_model.'
-    return EffortModel(**{name[len(prefix):]: value for name, value in values.items()
-                          if name.startswith(prefix) and name != 'effort_model.enabled'})
+    return PredictorSettings(values).effort_model
 
 
 def parameters_picture(name: str, calibration: Calibration) -> 'Picture | None':
@@ -58,8 +56,8 @@ def parameters_picture(name: str, calibration: Calibration) -> 'Picture | None':
 
 def masses_picture(name: str, calibration: Calibration) -> 'Picture | None':
     """Draw the links' masses before and after; None where they were not fitted."""
-    fitted = {int(one.name.split()[1]): one for one in calibration.parameters
-              if one.term == 'inertial' and one.name.endswith(' mass')}
+    fitted = {one.joint + 1: one for one in calibration.of_term('inertial')
+              if one.component == 'mass' and one.joint is not None}
     if not fitted:
         return None
     with styled():
@@ -162,8 +160,8 @@ def _dots(axis: Axes, fitted: dict[int, Fitted], others: dict[int, float]) -> No
                   label='not fitted')
     axis.plot(list(fitted), [one.before for one in fitted.values()], 'o', color='white',
               markeredgecolor=BEFORE, markeredgewidth=1.6, markersize=7.5, label='before')
-    axis.errorbar(list(fitted), [one.after for one in fitted.values()],
-                  yerr=[one.uncertainty for one in fitted.values()], fmt='o', color=AFTER,
+    axis.errorbar(list(fitted), [one.value for one in fitted.values()],
+                  yerr=[one.deviation for one in fitted.values()], fmt='o', color=AFTER,
                   markersize=5.0, elinewidth=1.4, capsize=3.5, label='after, ± uncertainty')
     zero_line(axis)
     axis.grid(axis='x', visible=False)

@@ -9,9 +9,9 @@ from .calibration_terms import per_joint, value_text
 from .findings import Finding, percent, torque
 from .page import change, number, plus_minus
 from ..calibration.calibration_results import Calibration
+from ..calibration.joint_terms import GAIN
 from ..model.joints import JOINTS
-
-USUAL_LAG = 0.014  # of Baxter's velocity [s]
+from ..recordings.data_check import USUAL_LAG
 
 
 def remarks(calibration: Calibration) -> list[Finding]:
@@ -51,12 +51,12 @@ def _lag(calibration: Calibration) -> Finding:
 
 
 def _tilt(calibration: Calibration) -> 'Finding | None':
-    fitted = {one.name[-1]: one for one in calibration.parameters if one.term == 'tilt'}
+    fitted = {one.component: one for one in calibration.of_term('tilt')}
     if not fitted:
         return None
     (before, *_), (total, forward, left) = tilt(calibration.before), tilt(calibration.values)
     size = math.hypot(*calibration.values['gravity'])
-    sigma = [math.degrees(fitted[axis].uncertainty / size) for axis in 'xy']
+    sigma = [math.degrees(fitted[axis].deviation / size) for axis in 'xy']
     return Finding('Tilt of the base', f'{number(total, 1)}° ({number(before, 1)}° before): '
                    f'{number(abs(forward), 1)} ± {number(sigma[0], 1)}° '
                    f'{"forward" if forward >= 0 else "backward"} and '
@@ -68,7 +68,7 @@ def _offset(calibration: Calibration) -> 'Finding | None':
     bias = per_joint(calibration, 'bias')
     if not bias:
         return None
-    most = max(bias, key=lambda i: abs(bias[i].after))
+    most = max(bias, key=lambda i: abs(bias[i].value))
     return Finding('Offset', f'The largest is at {JOINTS[most]}, {value_text(bias[most])}.')
 
 
@@ -85,25 +85,25 @@ def _friction(calibration: Calibration) -> 'Finding | None':
 
 
 def _spring(calibration: Calibration) -> 'Finding | None':
-    fitted = [one for one in calibration.parameters if one.term == 'spring']
+    fitted = calibration.of_term('spring')
     if not fitted:
         return None
-    if fitted[0].name != 'spring gain':
+    if fitted[0].component != GAIN:
         return Finding('Spring', 'Its shape was fitted to this robot; the figure below shows '
                        'what changed.')
     gain = fitted[0]
-    return Finding('Spring', f'{change(gain.before, gain.after)} against the shape it had '
+    return Finding('Spring', f'{change(gain.before, gain.value)} against the shape it had '
                    f'(gain {value_text(gain)}).')
 
 
 def _payload(calibration: Calibration) -> 'Finding | None':
-    fitted = {one.name.split()[-1]: one for one in calibration.parameters
-              if one.term == 'payload'}
+    fitted = {one.component: one for one in calibration.of_term('payload')}
     if not fitted:
         return None
     text = f'{value_text(fitted["mass"])}'
-    if 'x' in fitted:
-        center = ', '.join(f'{number(1e3 * fitted[axis].after, 0)} ± '
-                           f'{number(1e3 * fitted[axis].uncertainty, 0)}' for axis in 'xyz')
+    if 'center x' in fitted:
+        centers = [fitted[f'center {axis}'] for axis in 'xyz']
+        center = ', '.join(f'{number(1e3 * one.value, 0)} ± {number(1e3 * one.deviation, 0)}'
+                           for one in centers)
         text += f", its centre of mass at ({center})\u00a0mm in the hand's frame"
     return Finding('Payload', f'{text}.')

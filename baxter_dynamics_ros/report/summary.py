@@ -51,6 +51,9 @@ def summary_json(evaluations: Sequence[Evaluation], total: Statistics, command: 
             'rate': _number(evaluation.rate),
             'counts': {name: int(count) for name, count in evaluation.counts.items()},
             'warnings': [_text(warning) for warning in evaluation.warnings],
+            'notices': [{'kind': notice.kind, 'joints': list(notice.joints),
+                         'text': _text(notice.text)} for notice in evaluation.notices],
+            'contacts': [contact._asdict() for contact in evaluation.contacts],
             **_statistics(evaluation),
         } for evaluation in evaluations],
     }, indent=2, allow_nan=False) + '\n'

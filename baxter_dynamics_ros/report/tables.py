@@ -12,6 +12,7 @@ from .summary import NOTHING
 from ..model.arrays import Array
 from ..model.joints import JOINTS
 from ..model.paper_tables import TABLE_V, TABLE_V_SUM
+from ..recordings.data_check import DataCheck
 from ..recordings.evaluation_results import ESTIMATORS, Evaluation, METHODS, Statistics
 
 # Widths of the rows' names, by kind, in the font's size; the page's styles have the same.
@@ -118,6 +119,18 @@ def estimators_table(of: Statistics) -> Table:
     return Table('RMS of the error [N m] of Lagrange-Euler; the bars compare those of a joint',
                  'joint', JOINTS, tuple(Column(STROKES[estimator].label, values, whole=greatest)
                                         for estimator, values in rms.items()))
+
+
+def check_table(check: DataCheck) -> Table:
+    """Return the gains of the measured effort, and its correlation with the prediction."""
+    columns = {'gain': check.gain, 'correlation': check.correlation,
+               'on M q̈ + C q̇': np.where(check.inertial.known, check.inertial.value, np.nan),
+               'on G': np.where(check.gravity.known, check.gravity.value, np.nan),
+               'on the spring': np.where(check.spring.known, check.spring.value, np.nan)}
+    return Table('Measured effort over predicted effort without friction and bias: gain, '
+                 'correlation, and gain on single terms; – where the motion does not show it',
+                 'joint', JOINTS,
+                 tuple(Column(label, values, digits=2) for label, values in columns.items()))
 
 
 def recordings_table(evaluations: Sequence[Evaluation], addresses: Iterable[str]) -> Table:

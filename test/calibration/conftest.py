@@ -137,7 +137,7 @@ class KnownRobot:
     @staticmethod
     def off(calibration, truth) -> dict:
         """Return how many times its uncertainty each parameter is off the truth, by name."""
-        return {p.name: (p.after - _true_value(p, truth)) / p.uncertainty
+        return {(p.term, p.joint, p.component): (p.value - _true_value(p, truth)) / p.deviation
                 for p in calibration.parameters}
 
     @staticmethod
@@ -182,24 +182,22 @@ def columns():
 def _true_value(parameter, truth):
     """Return what a parameter should be."""
     values = {**DEFAULTS, **truth}
-    kind, _, which = parameter.name.partition(' ')
-    if kind == 'gravity':
+    term, which = parameter.term, parameter.component
+    if term == 'tilt':
         return values['gravity']['xyz'.index(which)]
-    if kind == 'spring':
+    if term == 'spring':
         names = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
         gain = values['effort_model.spring_coefficients'][2] / SPRING_COEFFICIENTS[2]
         return gain if which == 'gain' else values['effort_model.spring_coefficients'][
             names.index(which)]
-    if kind == 'link':
-        link, _, what = which.partition(' ')
-        link = int(link) - 1
-        mass = values['links.mass'][link]
-        return mass if what == 'mass' else mass * values['links.center_of_mass'][
-            3 * link + 'xyz'.index(what[-1])]
-    if kind == 'payload':
+    if term == 'inertial':
+        mass = values['links.mass'][parameter.joint]
+        return mass if which == 'mass' else mass * values['links.center_of_mass'][
+            3 * parameter.joint + 'xyz'.index(which[-1])]
+    if term == 'payload':
         return (values['payload.mass'] if which == 'mass' else
                 values['payload.center_of_mass']['xyz'.index(which[-1])])
-    return values[f'effort_model.{kind}'][JOINTS.index(which)]
+    return values[f'effort_model.{term}'][parameter.joint]
 
 
 def _make_motion(n, rng):

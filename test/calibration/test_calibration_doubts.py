@@ -95,8 +95,8 @@ def test_two_recordings_judge_each_other(robot):
         assert (judged.after < robot.LEAST)[[0, 1, 3, 4, 5, 6]].all()
     np.testing.assert_allclose([step.rms[2] for step in found.steps[1:]], [1.1, 1.0], atol=0.1)
     assert found.values['effort_model.bias'][2] == pytest.approx(0.9, abs=0.05)
-    (bias,) = [p for p in found.parameters if p.name == 'bias e0']
-    assert 0.3 < bias.uncertainty < 1.0  # they say so
+    (bias,) = [p for p in found.of_term('bias') if p.joint == 2]
+    assert 0.3 < bias.deviation < 1.0  # they say so
 
 
 def test_a_recording_without_the_arm_does_not_stop_the_others(robot):
@@ -185,8 +185,8 @@ def test_the_same_data_give_the_same_answer(robot):
     first, second = robot.calibrated('friction'), calibrate(robot.recordings('friction'))
     assert first.values == second.values
     assert first.warnings == second.warnings
-    np.testing.assert_array_equal([p.uncertainty for p in first.parameters],
-                                  [p.uncertainty for p in second.parameters])
+    np.testing.assert_array_equal([p.deviation for p in first.parameters],
+                                  [p.deviation for p in second.parameters])
 
 
 def test_it_says_what_it_does(robot):

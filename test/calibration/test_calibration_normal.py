@@ -100,8 +100,7 @@ def problem(rng):
     normal = NormalEquations(np.einsum('njp,njq->jpq', x, x), np.einsum('njp,nj->jp', x, y),
                              (y ** 2).sum(0), n)
     weights = rng.uniform(0.1, 4.0, 7)
-    parameters = [Parameter(f'p{k}', '-', prior) for k, prior in
-                  enumerate((0.05, 0.1, 0.02, 1.0, 3.0, 0.1))]
+    parameters = [Parameter(prior) for prior in (0.05, 0.1, 0.02, 1.0, 3.0, 0.1)]
     return normal, x, y, weights, parameters
 
 
@@ -147,7 +146,7 @@ def test_solve_keeps_bounds_and_is_the_best_within(problem):
     every = np.ones(6, dtype=bool)
     free = solve(normal, weights, parameters, every)
     low = free + np.array([0.03, -1.0, 0.02, 0.05, -1.0, -1.0])  # three of them bind
-    bounded = [Parameter(p.name, p.unit, p.prior, lower) for p, lower in zip(parameters, low)]
+    bounded = [Parameter(p.prior, lower) for p, lower in zip(parameters, low)]
     found = solve(normal, weights, bounded, every)
     assert (found >= low).all()
     at_bound = found == low

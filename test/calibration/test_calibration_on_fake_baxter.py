@@ -63,7 +63,8 @@ def found():
 
 def parameters(term):
     """Return what was fitted of a term, by joint or axis."""
-    return {p.name.split()[-1]: p for p in found().parameters if p.term == term}
+    return {p.component.removeprefix('center ') or JOINTS[p.joint]: p
+            for p in found().of_term(term)}
 
 
 def test_the_payload_is_found_within_two_percent():
@@ -71,9 +72,9 @@ def test_the_payload_is_found_within_two_percent():
     np.testing.assert_allclose(found().values['payload.center_of_mass'], PAYLOAD.center_of_mass,
                                atol=0.01)
     fitted = parameters('payload')
-    assert fitted['mass'].uncertainty < 0.03  # [kg]
+    assert fitted['mass'].deviation < 0.03  # [kg]
     for axis, true in zip('xyz', PAYLOAD.center_of_mass):
-        assert abs(fitted[axis].after - true) < 3 * fitted[axis].uncertainty < 0.03  # [m]
+        assert abs(fitted[axis].value - true) < 3 * fitted[axis].deviation < 0.03  # [m]
 
 
 @pytest.mark.parametrize('term', ['bias', 'coulomb', 'viscous', 'dahl', 'added_inertia',
@@ -83,14 +84,14 @@ def test_each_joints_truth_is_within_three_times_the_uncertainty(term):
     if term == 'bias':  # a spring's constant cannot be told from it
         true['s1'] += TRUE_EFFORT['spring_coefficients'][0] - SPRING_COEFFICIENTS[0]
     for joint, p in parameters(term).items():
-        assert abs(p.after - true[joint]) < 3 * p.uncertainty, (p.name, p.after, p.uncertainty)
-        assert p.uncertainty < (0.8 if joint == 's1' else 0.3), p.name
+        assert abs(p.value - true[joint]) < 3 * p.deviation, (p, p.value, p.deviation)
+        assert p.deviation < (0.8 if joint == 's1' else 0.3), p
 
 
 def test_the_tilt_is_found():
     fitted = parameters('tilt')
     for axis, true in zip('xy', TRUTH['gravity']):
-        assert abs(fitted[axis].after - true) < 3 * fitted[axis].uncertainty < 0.06  # [m/s^2]
+        assert abs(fitted[axis].value - true) < 3 * fitted[axis].deviation < 0.06  # [m/s^2]
     assert np.linalg.norm(found().values['gravity']) == pytest.approx(9.81)
 
 

@@ -57,7 +57,7 @@ def test_a_column_is_what_a_deviation_adds_to_the_prediction(name, settings, mot
             deviation[k] = 0.1 * parameter.prior
             added = predicted(motion, updated(term, settings, deviation)) - start
             np.testing.assert_allclose(found[..., k] * deviation[k], added, rtol=0, atol=1e-9,
-                                       err_msg=parameter.name)
+                                       err_msg=f'{name} {k}')
 
 
 def test_every_term_is_tested():

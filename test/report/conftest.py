@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.calibration_results import Calibration, Fitted, Judged
-from baxter_dynamics_ros.calibration.lag import Lag
+from baxter_dynamics_ros.calibration.calibration_results import Calibration, Judged
 from baxter_dynamics_ros.calibration.selection import Step
+from baxter_dynamics_ros.calibration.term import Fitted
 from baxter_dynamics_ros.estimation.settings import DEFAULTS
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
                                                                Evaluation, METHODS, TERMS)
+from baxter_dynamics_ros.recordings.notices import Notice
+from baxter_dynamics_ros.recordings.velocity_lag import Lag
 import numpy as np
 import pytest
 
@@ -30,7 +32,8 @@ def too_short():
     """Return what is found about a recording on which nothing can be predicted."""
     none = {signal: Band(np.zeros((0, 7)), np.zeros((0, 7))) for signal in METHODS}
     return Evaluation('too short', '/robot/joint_states', 'right', 0.0, 0.0, {'received': 1},
-                      ('nothing could be predicted',), {}, {}, {}, np.zeros(0), none)
+                      (Notice('nothing', 'nothing could be predicted'),), {}, {}, {},
+                      np.zeros(0), none)
 
 
 @pytest.fixture(scope='session')
@@ -45,12 +48,12 @@ def calibration():
                'effort_model.dahl': (0.3, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0),
                'effort_model.dahl_length': 0.05, 'gravity': (0.171, -0.0856, -9.808)}
     parameters = [
-        *(Fitted('bias', f'bias {joint}', 'N m', 0.0, value, 0.1) for joint, value in zip(
-            ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2'), changes['effort_model.bias'])),
-        Fitted('dahl', 'dahl s0', 'N m', 0.0, 0.3, 0.02),
-        Fitted('dahl', 'dahl s1', 'N m', 0.0, 1.5, 0.0071),
-        Fitted('tilt', 'gravity x', 'm/s^2', 0.0, 0.171, 0.0171),
-        Fitted('tilt', 'gravity y', 'm/s^2', 0.0, -0.0856, 0.0342)]
+        *(Fitted('bias', joint, '', 'N m', 0.0, value, 0.1)
+          for joint, value in enumerate(changes['effort_model.bias'])),
+        Fitted('dahl', 0, '', 'N m', 0.0, 0.3, 0.02),
+        Fitted('dahl', 1, '', 'N m', 0.0, 1.5, 0.0071),
+        Fitted('tilt', None, 'x', 'm/s^2', 0.0, 0.171, 0.0171),
+        Fitted('tilt', None, 'y', 'm/s^2', 0.0, -0.0856, 0.0342)]
     judged = [Judged('varied', 30.0, BEFORE, 0.5 * BEFORE),
               Judged('laps', 10.0, BEFORE, BEFORE * [0.25, 0.5, 1.5, 0.5, 0.5, 0.5, 0.5])]
     before = {**DEFAULTS, 'arm': 'left'}
@@ -58,15 +61,16 @@ def calibration():
         arm='left', before=before, values={**before, **changes}, parameters=parameters,
         steps=steps, judged=judged, by_time=False,
         lag=Lag(0.0133, 3e-5, np.array([0.0133] * 5 + [0.02, np.nan])),
-        warnings=('e1: the motion does not show stiffness: as before',), samples=4000,
-        duration=40.0, s1_range=(-1.1, 0.35))
+        check=None, contacts=[], notices=(Notice(
+            'unidentifiable', 'e1: the motion does not show stiffness: as before', ('e1',)),),
+        samples=4000, duration=40.0, s1_range=(-1.1, 0.35))
 
 
 @pytest.fixture(scope='session')
 def links():
     """Return what a calibration fits to the links."""
-    return [Fitted('inertial', f'link {link} {name}', unit, before, before + 0.25, 0.05)
-            for link in range(1, 8)
+    return [Fitted('inertial', link, name, unit, before, before + 0.25, 0.05)
+            for link in range(7)
             for name, unit, before in (('mass', 'kg', 4.0), ('moment x', 'kg m', 0.5),
                                        ('moment y', 'kg m', 0.0), ('moment z', 'kg m', -0.5))]
 
@@ -81,9 +85,11 @@ def calibration_report(calibration, links, tmp_path_factory):
     names = [hostile, 'a_name_that_has_no_place_to_break_' * 5, *(f'run {i}' for i in range(28))]
     judged = [Judged(name, 1.0, one.before, one.after)
               for name, one in zip(names, 15 * calibration.judged)]
-    warnings = [f'{name}: 3 x repeated_stamp: <look>' for name in names[:20]]
+    notices = [Notice('repeated_stamp', '3 x repeated_stamp: <look>', recording=name)
+               for name in names[:20]]
+    notices += [Notice('spring_shape', 's1 sweeps'), Notice('still', 'w2: never moves')]
     write_calibration(path, replace(
-        calibration, judged=judged, warnings=(*warnings, 's1 sweeps', 'w2: never moves'),
+        calibration, judged=judged, notices=tuple(notices),
         parameters=[*calibration.parameters, *links]), f'calibrate {hostile}')
     return path
 
@@ -110,7 +116,8 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
              for name, values in errors.items()}
     return Evaluation(
         name, '/robot/joint_states', 'right', n * PERIOD, 1 / PERIOD,
-        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5}, tuple(warnings),
+        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
+        tuple(Notice('test', text) for text in warnings),
         {method: found[method] for method in METHODS if effort},
         {estimator: found[estimator] for estimator in ESTIMATORS if effort},
         {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)}, time,

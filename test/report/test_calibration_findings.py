@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.calibration_results import Fitted
+from baxter_dynamics_ros.calibration.term import Fitted
+from baxter_dynamics_ros.recordings.contact_intervals import Contact
 import numpy as np
 import pytest
 
@@ -49,6 +50,17 @@ def test_gain_where_there_is_less_of_it_or_none(calibration):
     assert gain(*[1.0] * 7).endswith('as it was at every joint: nothing was gained.')
 
 
+def test_contact_is_named_and_errors_are_given_with_and_without(calibration):
+    from baxter_dynamics_ros.report.calibration_findings import findings
+    contact = Contact('e0', 123.3, 124.4, 8.1, True, 'laps')
+    judged = [calibration.judged[0],
+              replace(calibration.judged[1], with_contact=2.0 * calibration.judged[1].after)]
+    found = says(findings(replace(calibration, contacts=[contact], judged=judged)))
+    assert found['Contact'] == (
+        'e0 at its stop, 8 N m, from 123.3 to 124.4 s of laps. It is left out of the fit and of '
+        'the errors on this page: e0 0.69 N m without it and 1.25 N m with it.')
+
+
 def test_one_recording_is_judged_by_time_and_laps_repeat(calibration):
     from baxter_dynamics_ros.report.calibration_findings import findings
     one = replace(calibration, by_time=True)
@@ -65,13 +77,13 @@ def test_what_is_uncertain_and_what_to_record_next(calibration):
     assert found['Not told from zero'].startswith(
         'Bias e1 (0 ± 0.10 N m), bias w0 (0 ± 0.10 N m), bias w1 (0 ± 0.10 N m), '
         'bias w2 (0.06 ± 0.10 N m): ')
-    known = [one for one in calibration.parameters if abs(one.after) > one.uncertainty]
-    moment = Fitted('inertial', 'link 1 moment y', 'kg m', 0.0, 0.01, 0.02)
+    known = [one for one in calibration.parameters if abs(one.value) > one.deviation]
+    moment = Fitted('inertial', 0, 'moment y', 'kg m', 0.0, 0.01, 0.02)
     assert 'Not told from zero' not in says(findings(replace(
         calibration, parameters=[*known, moment])))
     for words in ('More recordings', 's1 from −1.9 to 1.0 rad', 'joints named in the warnings'):
         assert words in found['Record next']
-    wide = replace(calibration, judged=2 * calibration.judged, warnings=(), s1_range=(-2.0, 0.9))
+    wide = replace(calibration, judged=2 * calibration.judged, notices=(), s1_range=(-2.0, 0.9))
     assert 'Record next' not in says(findings(wide))
 
 
@@ -86,9 +98,9 @@ def test_what_is_odd_about_the_robot(calibration):
     assert found['Offset'] == 'The largest is at s0, 0.50 ± 0.10 N m.'
     assert found['Friction'].startswith('s1 has most, 1.50 N m (Coulomb and Dahl together); 100 %')
     assert 'Spring' not in found and 'Payload' not in found
-    more = [Fitted('spring', 'spring gain', '-', 1.0, 0.9, 0.02),
-            Fitted('payload', 'payload mass', 'kg', 0.0, 0.8, 0.1),
-            *(Fitted('payload', f'payload center {axis}', 'm', 0.0, value, 0.005)
+    more = [Fitted('spring', 1, 'gain', '-', 1.0, 0.9, 0.02),
+            Fitted('payload', None, 'mass', 'kg', 0.0, 0.8, 0.1),
+            *(Fitted('payload', None, f'center {axis}', 'm', 0.0, value, 0.005)
               for axis, value in zip('xyz', (0.01, -0.02, 0.1)))]
     found = says(remarks(replace(calibration, parameters=more)))
     assert found['Spring'] == '−10 % against the shape it had (gain 0.900 ± 0.020).'

@@ -6,8 +6,9 @@ from html import unescape
 import re
 from xml.etree import ElementTree
 
-from baxter_dynamics_ros.calibration.calibration_results import Fitted, Judged
+from baxter_dynamics_ros.calibration.calibration_results import Judged
 from baxter_dynamics_ros.calibration.selection import Step
+from baxter_dynamics_ros.calibration.term import Fitted
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
@@ -39,7 +40,7 @@ def poor(nothing_kept, tmp_path_factory):
 def nothing_kept(calibration):
     """Return a calibration that kept no term, and judged a perfect prediction by time."""
     off = {**calibration.before, 'effort_model.enabled': False}
-    return replace(calibration, before=off, values=off, parameters=[], warnings=(), by_time=True,
+    return replace(calibration, before=off, values=off, parameters=[], notices=(), by_time=True,
                    steps=[Step('', (), np.zeros(7)), Step('bias', (), np.zeros(7))], lag=None,
                    judged=[Judged(f'run, part {i}', 5.0, np.zeros(7), np.zeros(7))
                            for i in range(5)])
@@ -209,7 +210,7 @@ def test_parameters_have_as_many_digits_as_mean_something(calibration):
     assert rows['Dahl s1'] == ['0', '1.5000', '0.0071', '211.3', 'N m']
     assert len(rows) == len(calibration.parameters)
     for unknown in (0.0, np.nan):
-        one = Fitted('added_inertia', 'added_inertia s0', 'kg m^2', 0.0, 0.5, unknown)
+        one = Fitted('added_inertia', 0, '', 'kg m^2', 0.0, 0.5, unknown)
         assert cells(parameters_table([one]))['added inertia s0'][1] == '0.5000'
 
 
