@@ -165,8 +165,9 @@ def _check(rows: Array, duration: float, velocity: VelocitySums,
                  duration, settings)
     gains = np.array([_gains(data, joint) for joint in range(N_JOINTS)])  # (7, 4, 2)
     gain, correlation = _overall(data)
-    check = DataCheck(gain, correlation, *(Gain(*gains[:, k].T) for k in range(3)),
-                      gains[:, 3, 0], velocity.lag(), velocity.scale(), ())
+    inertial, on_gravity, on_spring = (Gain(*gains[:, k].T) for k in range(3))
+    check = DataCheck(gain, correlation, inertial, on_gravity, on_spring, gains[:, 3, 0],
+                      velocity.lag(), velocity.scale(), ())
     return DataCheck(**{**vars(check), 'problems': tuple(_problems(data, check))})
 
 
