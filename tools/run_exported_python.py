@@ -8,6 +8,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 import tempfile
 from types import ModuleType
+from typing import Any
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros.export import python
@@ -39,7 +40,7 @@ def _jax(module: ModuleType, states: Array) -> tuple[Array, Array]:
     import jax.numpy as jnp
     jax.config.update('jax_enable_x64', True)
 
-    def tau(q, qd, qdd):  # type: ignore[no-untyped-def]
+    def tau(q: Any, qd: Any, qdd: Any) -> Any:
         return jnp.stack(module.inverse_dynamics(jnp.sin(q), jnp.cos(q), qd, qdd, module.VALUES))
     return (np.asarray(jax.jit(jax.vmap(tau))(*states)),
             np.asarray(jax.jit(jax.vmap(jax.jacfwd(tau)))(*states)))
@@ -49,7 +50,7 @@ def _torch(module: ModuleType, states: Array) -> tuple[Array, Array]:
     import torch
     q, qd, qdd = map(torch.tensor, states)
 
-    def tau(q):  # type: ignore[no-untyped-def]
+    def tau(q: Any) -> Any:
         return torch.stack(module.inverse_dynamics(
             torch.sin(q).T, torch.cos(q).T, qd.T, qdd.T, module.VALUES), -1)
     gradient = torch.autograd.functional.jacobian(lambda q: tau(q).sum(0), q).permute(1, 0, 2)

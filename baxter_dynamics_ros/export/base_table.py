@@ -1,23 +1,17 @@
-"""The base parameters as a table: name, value, unit, what it is made of, what it means."""
+"""The base parameters as a table: name, value, unit, composition and meaning."""
 
 from textwrap import fill
 
+from .legend import FRAMES
 from ..model.arm import BaxterArm
 from ..model.base_parameters import TILTED_NAMES
 from ..model.joints import JOINTS, N_JOINTS
 
 _HEAD = (
-    'Of the 70 inertial parameters of seven links torques can tell no more than these {count} '
-    'combinations: tau = Y(q, qd, qdd) phi, with phi in this order.',
-    'Each belongs to a link in its body frame k: z along the axis of joint k, the origin on it '
-    "that of the paper's frame {{k-1}}, turning with the link. A mass on the axis of joint k "
-    'moves with link k - 1 just as well, and is counted there.',
-    'XXk = sum of m x x, XYk = sum of m x y, HXk = sum of m x, and so on: of link k alone, about '
-    'the origin of body frame k; link 7 with the payload. Mk: mass of links k to 7. a and d: '
-    'Denavit-Hartenberg lengths, Table II.',
-    'xx and yy are how far mass spreads from the axis, along x and y: together, inertia about it; '
-    'xy is how that spread is turned; by xz and yz, turning the joint acts on those before it; hx '
-    'and hy are mass times its offset from the axis, what gravity pulls at.')
+    'The {count} base parameters phi: the combinations of the 70 inertial parameters of seven '
+    'links that torques determine, tau = Y(q, qd, qdd) phi.', FRAMES,
+    'XXk, XYk, HXk, ...: sums of m x x, m x y, m x of link k alone about the origin of body frame '
+    'k; link 7 with the payload. Mk: mass of links k to 7. a, d: Denavit-Hartenberg lengths.')
 _MEANINGS = {
     'izz': 'moment of inertia about the axis of {joint}',
     'xx': 'spread of mass along x',
@@ -33,7 +27,7 @@ _MEANINGS = {
 def base_table(arm: BaxterArm) -> str:
     """Return the base parameters of an arm, 43, or 45 where its base is tilted, as text."""
     values = arm.base_parameters.tolist()
-    lines = [fill(text.format(count=len(values)), 99) for text in _HEAD]
+    lines = [fill(text.replace('{count}', str(len(values))), 99) for text in _HEAD]
     before = None
     for name, value in zip(TILTED_NAMES, values):
         element, link = name[:-1], int(name[-1])

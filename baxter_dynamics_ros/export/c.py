@@ -35,10 +35,9 @@ int main(void)
 def files(arm: BaxterArm, command: str) -> dict[str, str]:
     """Return the exported files: name -> text."""
     about = head(arm, command)
-    header, source = (_without_first_line(PATH.with_suffix(ending).read_text(encoding='utf-8'))
-                      for ending in ('.h', '.c'))
-    include = '#include "baxter_dynamics.h"'
-    source = source.replace('#include "_closed_form.h"', include)
+    header, source = (PATH.with_suffix(ending).read_text(encoding='utf-8').split('\n', 1)[1]
+                      for ending in ('.h', '.c'))  # without the line about the generator
+    source = source.replace('_closed_form.h', 'baxter_dynamics.h')
     values = ''.join(f'    .{p.name} = {p.value!r},\n' for p in parameters(arm))
     marker = '\n\n/* M (7, 7)'
     default = f'\n\nconst baxter_dynamics_parameters baxter_dynamics_default = {{\n{values}}};'
@@ -52,10 +51,6 @@ def files(arm: BaxterArm, command: str) -> dict[str, str]:
     return {'baxter_dynamics.h': _comment(*about, FRAMES, *_USAGE) + header,
             'baxter_dynamics.c': _comment(*about) + source.replace(marker, default + marker, 1),
             'example.c': example + _EXAMPLE % states}
-
-
-def _without_first_line(text: str) -> str:
-    return text.split('\n', 1)[1]
 
 
 def _comment(*paragraphs: str) -> str:

@@ -12,7 +12,6 @@ from ..model._closed_form import FUNCTIONS, PARAMETERS
 from ..model.arm import BaxterArm
 
 _WIDTH = 92
-_FOLDER = '+baxter_dynamics'
 # Prefix of the elements' names in the generated functions -> where they come from.
 _VECTORS = {'s': 'sin_q', 'c': 'cos_q', 'v': 'qd', 'u': 'qdd', 'f': 'tau'}
 
@@ -20,8 +19,8 @@ _VECTORS = {'s': 'sin_q', 'c': 'cos_q', 'v': 'qd', 'u': 'qdd', 'f': 'tau'}
 def files(arm: BaxterArm, command: str) -> dict[str, str]:
     """Return the exported files: path -> text."""
     about = head(arm, command)
-    result = {f'{_FOLDER}/{name}.m': _function(name, about) for name in FUNCTIONS}
-    result[f'{_FOLDER}/parameters.m'] = _parameters(arm, about)
+    result = {f'+baxter_dynamics/{name}.m': _function(name, about) for name in FUNCTIONS}
+    result['+baxter_dynamics/parameters.m'] = _parameters(arm, about)
     return result
 
 

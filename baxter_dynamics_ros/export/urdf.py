@@ -53,7 +53,7 @@ def files(arm: BaxterArm, command: str, side: str, effort: EffortModel,
         raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
     tree = _Tree(root, joint_names(side))
     tree.remove_gripper()
-    before = tree.pose_above()
+    before = tree.pose(tree.above[_child(tree.arm[0], 'parent').get('link')])
     for k, (joint, (frame, center, inertia, mass)) in enumerate(zip(
             tree.arm, _links(arm, [tree.pose(joint) for joint in tree.arm]))):
         _set_pose(joint, np.linalg.inv(before) @ frame)
@@ -61,8 +61,7 @@ def files(arm: BaxterArm, command: str, side: str, effort: EffortModel,
         _child(joint, 'dynamics').attrib.update(damping=repr(float(effort.viscous[k])),
                                                 friction=repr(float(effort.coulomb[k])))
         tree.set_inertia(joint, mass, center, inertia)
-    comment = ET.Comment(' ' + '\n     '.join(head(arm, command)).replace('--', '- -') + ' ')
-    root.insert(0, comment)
+    root.insert(0, ET.Comment(' ' + '\n     '.join(head(arm, command)).replace('--', '- -') + ' '))
     ET.indent(root)
     return {f'baxter_{side}.urdf': '<?xml version="1.0"?>\n' + ET.tostring(
         root, encoding='unicode') + '\n'}
@@ -86,10 +85,6 @@ class _Tree:
         parent = self.above.get(_child(joint, 'parent').get('link'))
         own = _pose(joint)
         return own if parent is None else self.pose(parent) @ own
-
-    def pose_above(self) -> Array:
-        """Return the pose of the link that carries the arm."""
-        return self.pose(self.above[_child(self.arm[0], 'parent').get('link')])
 
     def remove_gripper(self) -> None:
         """Remove the links of the gripper and the inertias of all that is fixed to the arm."""

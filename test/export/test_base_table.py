@@ -49,7 +49,7 @@ def test_the_numbers_and_their_units(arm):
 
 def test_every_row_has_a_meaning(arm):
     text = base_table(arm)
-    assert f'no more than these {len(arm.base_parameters)} ' in text
+    assert f'The {len(arm.base_parameters)} base parameters ' in text
     assert '{' not in text.replace('{k-1}', '')
     rows = [line for line in text.splitlines() if re.match(r'\w+ .* kg m', line)]
     assert len(rows) == len(arm.base_parameters)
