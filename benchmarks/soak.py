@@ -125,12 +125,11 @@ def through_handler(n: int) -> Soak:
         if k == round(WARM * n):
             before = resident()
         started = time.thread_time()
-        prediction = predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
-        external = predictor.external.latest
-        if external is not None:
-            predictor.external.wrench(external)
+        step = predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
+        if step.external is not None:
+            predictor.external.wrench(step.external)
         spent[k] = time.thread_time() - started
-        residuals += prediction is not None and prediction.residual is not None
+        residuals += step.prediction is not None and step.prediction.residual is not None
     counts = predictor.counts
     return Soak(n, counts['received'], sum(counts[event] for event in DROPPED),
                 counts['predicted'], residuals, quiet_messages(), time.perf_counter() - begin,
@@ -198,7 +197,7 @@ def quiet_messages() -> int:
     """Return how many messages give no prediction, for the filter settles."""
     predictor = PredictorSettings().predictor()
     return next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
-                if predictor.handle(stamp, JOINT_STATE_NAMES, *fields) is not None)
+                if predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction is not None)
 
 
 def p99(seconds: np.ndarray) -> np.ndarray:

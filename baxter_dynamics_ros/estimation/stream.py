@@ -71,29 +71,29 @@ class Stream:
         self.begins = True
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array) -> 'Sample | None':
+             effort: Array) -> 'Sample | State | Event':
         """
         Take a joint state, given as to :meth:`.predictor.Predictor.handle`.
 
         Returns
         -------
-        Sample or None
-            None for messages that are dropped, which ``counts`` tells, and while the period of
-            stamps that are re-timed is not known.
+        Sample, State or Event
+            The reason where the message is dropped; the state alone while the period of re-timed
+            stamps is not known.
 
         """
         self.counts['received'] += 1
         reading = self.intake.read(names, position, velocity, effort)
         if isinstance(reading, Event):
             self.counts[reading] += 1
-            return None
+            return reading
         q, qd, measured = reading
         period = self.clock.period or (UNKNOWN_PERIOD if self.clock.retimed else None)
         verdict = self._continuity.judge(stamp_ns, q, qd, measured, period)
         if verdict is not None and not (verdict is Event.REPEATED_STAMP and self.clock.retimed):
             self.counts[verdict] += 1
             if verdict in DROPPED:
-                return None
+                return verdict
             self.begins = self.begins or verdict in RESETS
         self.counts['taken'] += 1
         if qd is None:
@@ -103,17 +103,17 @@ class Stream:
         return self._sample(stamp_ns, tells, q, qd, self._valid(measured))
 
     def _sample(self, stamp_ns: int, tells: bool, q: Array, qd: Array | None,
-                effort: Array | None) -> Sample | None:
-        """Return the sample at its time on the stream's own line; None while that is unknown."""
+                effort: Array | None) -> Sample | State:
+        """Return the sample at its time on the stream's own line, or the state alone."""
         clock = self.clock
         before = clock.retimed, clock.resyncs
         time_ns = clock.update(stamp_ns, tells)
         if (clock.retimed, clock.resyncs) != before:
             self.counts[Event.RESET_RESYNC if before[0] else Event.RESET_RETIMED] += 1
         if time_ns is None:
-            self.latest = State(stamp_ns, q, qd, effort)
+            self.latest = state = State(stamp_ns, q, qd, effort)
             self.begins = True
-            return None
+            return state
         self.begins = self.begins or clock.restarted
         last = self.latest
         dt = 0.0 if self.begins or last is None else (time_ns - last.stamp_ns) * 1e-9

@@ -1,7 +1,6 @@
 """One arm of the node: its stream handler, what it publishes, and the services that it answers."""
 
 from collections.abc import Sequence
-import time
 from typing import Any, cast
 
 from geometry_msgs.msg import WrenchStamped
@@ -14,7 +13,7 @@ from std_msgs.msg import Bool
 from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
 from .period import PeriodStatistics
-from .services import Answers
+from .services import Answers, Recent
 from ..estimation.events import Event
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction
@@ -47,7 +46,9 @@ class Arm:
     settings : PredictorSettings
         As they are.
     statistics : PeriodStatistics
-        Of what came since the last report.
+        Counts and sums since the last report.
+    recent : Recent
+        The newest steps.
     side : str
         As given.
 
@@ -59,8 +60,7 @@ class Arm:
         self.predictor = settings.predictor(external=True)
         self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
         self.statistics = PeriodStatistics()
-        self._taken = -float('inf')  # monotonic time of a valid joint state of the arm [s]
-        self._predicted = -float('inf')  # monotonic time [s]
+        self.recent = Recent()
         self._node = node
         self._prediction = self._publisher(JointState, topics.PREDICTED_EFFORT)
         self._residual = self._publisher(JointState, topics.EFFORT_RESIDUAL)
@@ -74,35 +74,26 @@ class Arm:
             message.header.frame_id = BASE_FRAME  # RViz shows no joint state without a frame
         self._bool = Bool()
 
-    @property
-    def age(self) -> float:
-        """Time since the arm's last valid joint state [s]; infinite if there was none."""
-        return time.monotonic() - self._taken
-
-    @property
-    def prediction_age(self) -> float:
-        """Time since the last prediction [s]; infinite if there was none."""
-        return time.monotonic() - self._predicted
-
     def take(self, stamp_ns: int, stamped: bool, names: Sequence[str], position: Array,
              velocity: Array, effort: Array) -> None:
         """
-        Take a joint state, as the stream handler does, and publish what it gives.
+        Process a joint state, and publish the results.
 
-        ``stamped`` is false where its stamp is not its own, but the time of arrival here.
+        ``stamped`` is false where the stamp is the time of arrival.
         """
-        predictor = self.predictor
-        taken = predictor.counts['taken']
-        prediction = predictor.handle(stamp_ns, names, position, velocity, effort)
-        if predictor.counts['taken'] != taken:
-            self._taken = time.monotonic()
-            predictor.counts[Event.UNSTAMPED] += not stamped
-        if prediction is not None:
-            self._predicted = self._taken
-            self._tell_prediction(prediction)
-        external = self.external.latest
-        if external is not None:
-            self._tell_external(external)
+        step = self.predictor.handle(stamp_ns, names, position, velocity, effort)
+        self.recent.add(step)
+        if step.dropped is None:
+            self.predictor.counts[Event.UNSTAMPED] += not stamped
+        if step.prediction is not None:
+            self._publish_prediction(step.prediction)
+        if step.external is not None:
+            self._publish_external(step.external)
+
+    def reset(self) -> None:
+        """Forget the stream, and what was learned of free motion."""
+        self.predictor.reset()
+        self.recent.predicted = None
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the settings in mid-stream."""
@@ -111,7 +102,7 @@ class Arm:
 
     def offer_services(self, gravity_torques: type[Any], inverse_dynamics: type[Any]) -> None:
         """Answer services of these types."""
-        answers = Answers(self.predictor, lambda: self.age, lambda: self.prediction_age)
+        answers = Answers(self.predictor, self.recent)
         self._node.create_service(
             gravity_torques, topics.below_node(topics.GRAVITY_TORQUES, self.side),
             lambda request, response: answers.gravity_torques(self.settings, request, response))
@@ -119,16 +110,16 @@ class Arm:
             inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS, self.side),
             lambda request, response: answers.inverse_dynamics(self.settings, request, response))
 
-    def _tell_prediction(self, prediction: Prediction) -> None:
+    def _publish_prediction(self, prediction: Prediction) -> None:
         self.statistics.add(prediction.residual)
         self._prepare(prediction)
         self._publish(self._prediction, prediction.effort)
         if prediction.residual is not None:
             self._publish(self._residual, prediction.residual)
 
-    def _tell_external(self, external: External) -> None:
+    def _publish_external(self, external: External) -> None:
         if external.contact:
-            self.statistics.add_contact(self.external.detector.joints)
+            self.statistics.add_contact(external.joints)
         if self._external.get_subscription_count():
             self._prepare(external)
             self._publish(self._external, external.effort)

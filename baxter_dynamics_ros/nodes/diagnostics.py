@@ -85,7 +85,7 @@ def report(place: str, topic: str, publishers: int, arm: Arm) -> list[Diagnostic
 def _input(arm: Arm, topic: str, publishers: int) -> DiagnosticStatus:
     status = _status('input', OK, 'input', topic=topic)
     _warn_of(status, _INPUT_EVENTS, arm)
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         if status.level == OK:
             what = 'other arm' if arm.statistics.since(Event.NOT_THIS_ARM) else 'no input'
             status = _status('input', STALE, what, topic=topic,
@@ -93,7 +93,7 @@ def _input(arm: Arm, topic: str, publishers: int) -> DiagnosticStatus:
         else:  # they arrive, and none can be used
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
-    _add(status, 'age [s]', f'{arm.age:.3f}')
+    _add(status, 'age [s]', f'{arm.recent.age:.3f}')
     _add(status, 'publishers', publishers)
     _add(status, 'received', arm.predictor.counts['received'])
     _add_counts(status, _INPUT_EVENTS, arm)
@@ -102,7 +102,7 @@ def _input(arm: Arm, topic: str, publishers: int) -> DiagnosticStatus:
 
 def _stamps(arm: Arm) -> DiagnosticStatus:
     clock = arm.predictor.stream.clock
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         status = _status('stamps', STALE, 'waiting')
     elif not clock.retimed:
         status = _status('stamps', OK, 'header')
@@ -115,14 +115,18 @@ def _stamps(arm: Arm) -> DiagnosticStatus:
     if clock.retimed and clock.period:
         _add(status, 'period [s]', f'{clock.period:.6f}')
         _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')
-    _add(status, 'delay of predictions [s]', f'{arm.predictor.delay:.4f}')
-    _add(status, 'delay of external effort [s]', f'{arm.predictor.estimator.velocity_lag:.4f}')
+    predicted, accepted = arm.recent.predicted, arm.recent.accepted
+    for what, delay, nominal in (
+            ('predictions', predicted and predicted.delay, arm.predictor.estimator.delay),
+            ('external effort', accepted and accepted.external_delay,
+             arm.predictor.estimator.velocity_lag)):
+        _add(status, f'delay of {what} [s]', f'{nominal if delay is None else delay:.4f}')
     return status
 
 
 def _filter(arm: Arm) -> DiagnosticStatus:
     predictor, statistics = arm.predictor, arm.statistics
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         state, status = 'waiting', _status('filter', STALE, 'waiting')
     elif statistics.since('predicted'):
         state, status = 'running', _status('filter', OK, 'running')
@@ -146,7 +150,7 @@ def _effort(arm: Arm) -> DiagnosticStatus:
     status = _status('effort', OK, 'effort')
     _warn_of(status, NO_EFFORT, arm)
     valid = str(status.level == OK)
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         status, valid = _status('effort', STALE, 'no measurement'), 'unknown'
     _add(status, 'valid', valid)
     _add_counts(status, NO_EFFORT, arm)
@@ -155,7 +159,7 @@ def _effort(arm: Arm) -> DiagnosticStatus:
 
 def _residual(arm: Arm) -> DiagnosticStatus:
     rms = arm.statistics.residual_rms
-    status = _status('residual', STALE if arm.age > STALE_AFTER else OK,
+    status = _status('residual', STALE if arm.recent.age > STALE_AFTER else OK,
                      'no residual' if rms is None else 'residual')
     for i, joint in enumerate(JOINTS):
         _add(status, f'{joint} RMS [N m]', 'none' if rms is None else f'{rms[i]:.3f}')
@@ -165,7 +169,7 @@ def _residual(arm: Arm) -> DiagnosticStatus:
 def _external(arm: Arm) -> DiagnosticStatus:
     detector = arm.external.detector
     joints = _named(detector.joints)
-    if arm.age > STALE_AFTER or not arm.statistics.since('external'):
+    if arm.recent.age > STALE_AFTER or not arm.statistics.since('external'):
         status = _status('external', STALE, 'no external')
     elif arm.external.is_too_slow:
         status = _status('external', WARN, 'too slow', needed=LOWEST_RATE)

@@ -89,8 +89,8 @@ class TorquePredictor(Node):
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         predictors = [arm.predictor for arm in self._arms.values()]
         retimed = any(predictor.stream.clock.retimed for predictor in predictors)
-        for predictor in predictors:
-            predictor.reset()
+        for arm in self._arms.values():
+            arm.reset()
         response.success = True
         response.message = ('filter state and what free motion is like are forgotten: predictions '
                             f'return after {predictors[0].estimator.settling_time:.2f} s'

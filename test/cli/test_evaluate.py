@@ -38,7 +38,7 @@ def summary(command, tmp_path):
 def predictions(messages, values=None):
     """Return the node's predictions of some joint states, one after the other."""
     predictor = PredictorSettings(values).predictor()
-    found = [predictor.handle(*content) for _, _, content in messages
+    found = [predictor.handle(*content).prediction for _, _, content in messages
              if not isinstance(content, str)]
     return [prediction for prediction in found if prediction is not None]
 

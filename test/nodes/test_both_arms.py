@@ -42,14 +42,14 @@ def test_each_arm_gets_what_a_predictor_of_its_own_computes(robot, topics, sine)
     for side in SIDES:
         alone = PredictorSettings({'arm': side, 'payload.mass': LOAD[side]}).predictor(
             external=True)
-        expected = [(alone.handle(START + k * 10_000_000, names, *row), alone.external.latest)
+        expected = [alone.handle(START + k * 10_000_000, names, *row)
                     for k, row in enumerate(rows)]
         predicted, residual, external = topics[side]
-        wanted = [prediction for prediction, _ in expected if prediction]
+        wanted = [step.prediction for step in expected if step.prediction]
         assert [list(m.effort) for m in predicted] == [p.effort.tolist() for p in wanted]
         assert [list(m.effort) for m in residual] == [p.residual.tolist() for p in wanted]
         assert [list(m.effort) for m in external] == [
-            e.effort.tolist() for _, e in expected if e]
+            step.external.effort.tolist() for step in expected if step.external]
         assert all(tuple(m.name) == joint_names(side) for m in predicted + residual + external)
 
     for side in SIDES:
