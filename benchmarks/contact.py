@@ -129,8 +129,8 @@ def play(motion: Motion, values: dict = {}) -> Result:
     predictor = PredictorSettings({'arm': motion.side} | values).predictor(external=True)
     names, rows = joint_names(motion.side), []
     for stamp, *fields in zip(np.round(motion.times * 1e9), *motion[3:]):
-        prediction = predictor.handle(10 ** 18 + int(stamp), names, *fields)
-        external = predictor.external.latest
+        step = predictor.handle(10 ** 18 + int(stamp), names, *fields)
+        prediction, external = step.prediction, step.external
         rows.append((
             _NOTHING if prediction is None or prediction.residual is None else prediction.residual,
             _NOTHING if external is None else external.effort,

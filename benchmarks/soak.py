@@ -86,7 +86,7 @@ def through_handler(n: int) -> Soak:
     predictor, meter, residuals = PredictorSettings().predictor(True), Meter(n, os.getpid()), 0
     for k, (stamp, *fields) in enumerate(messages(n)):
         meter.before(k)
-        prediction = predictor.handle(stamp, JOINT_STATE_NAMES, *fields)
+        prediction = predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction
         residuals += prediction is not None and prediction.residual is not None
     counts = predictor.counts
     return Soak(n, counts['received'], sum(counts[event] for event in DROPPED),
@@ -138,7 +138,7 @@ def quiet_messages() -> int:
     """Return how many messages give no prediction while the filter settles."""
     predictor = PredictorSettings().predictor()
     return next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
-                if predictor.handle(stamp, JOINT_STATE_NAMES, *fields) is not None)
+                if predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction is not None)
 
 
 def main():

@@ -47,12 +47,12 @@ def play(messages, mode) -> Run:
     """Play messages to a new stream handler."""
     run = Run(SETTINGS[mode].predictor(external=True), {}, {})
     for i, message in enumerate(messages):
-        prediction = run.predictor.handle(*message)
-        assert run.predictor.delay == pytest.approx(DELAY, abs=1e-6)
-        if prediction is not None:
-            run.predictions[i] = prediction
-        if run.predictor.external.latest is not None:
-            run.external[i] = run.predictor.external.latest
+        step = run.predictor.handle(*message)
+        if step.prediction is not None:
+            assert step.delay == pytest.approx(DELAY, abs=1e-6)
+            run.predictions[i] = step.prediction
+        if step.external is not None:
+            run.external[i] = step.external
     return run
 
 

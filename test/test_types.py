@@ -27,13 +27,13 @@ reveal_type(arm.gravity(q))  # ndarray
 reveal_type(arm.terms(q, np.zeros((3, 7)))[0])  # ndarray
 reveal_type(EffortModel(bias=q).has_friction)  # bool
 predictor = PredictorSettings({'arm': 'left'}).predictor()
-reveal_type(predictor.delay)  # float
-prediction = predictor.handle(0, ['left_s0'], np.zeros(1), np.zeros(1), np.zeros(1))
+step = predictor.handle(0, ['left_s0'], np.zeros(1), np.zeros(1), np.zeros(1))
+reveal_type(step.begins)  # bool
 BaxterArm(payload=3)  # arg-type
 BaxterArm(grippers=2)  # call-arg
 arm.inverse_dynamics(q, q)  # call-arg
 arm.coriolis(q, q)  # attr-defined
-prediction.effort  # union-attr
+step.prediction.effort  # union-attr
 """
 
 pytestmark = pytest.mark.timeout(300)

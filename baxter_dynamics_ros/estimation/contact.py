@@ -69,6 +69,7 @@ class ContactDetector:
     """
 
     in_contact: bool
+    _has_bias: bool
     _on_the_way: bool  # to it
     _moved: bool  # the arm did, in contact
     _from: Array  # where it was when that began (7,) [rad]

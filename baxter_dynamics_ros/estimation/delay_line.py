@@ -1,20 +1,22 @@
-"""What was measured a moment ago: position and effort, interpolated at an earlier time."""
+"""Buffer of recent samples, interpolated at earlier times."""
 
-from collections import deque
+from bisect import bisect_right
+from operator import itemgetter
 
 import numpy as np
 
 from ..model.arrays import Array
 
-_MAX_SAMPLES = 1024  # stamps that hardly advance would fill the delay without end
+DURATION = 0.7  # time for which samples are kept: longer than any delay that can be set [s]
+_MAX_SAMPLES = 1024  # stamps that hardly advance would fill the buffer without end
+_TIME = itemgetter(0)
 
 
 class DelayLine:
-    """Remembers samples just long enough to interpolate between two of them."""
+    """Buffer of position and effort."""
 
     def __init__(self) -> None:
-        self._samples: deque[tuple[float, Array, Array | None]] = deque(
-            maxlen=_MAX_SAMPLES)
+        self._samples: list[tuple[float, Array, Array | None]] = []
 
     def reset(self) -> None:
         """Forget all samples."""
@@ -22,38 +24,36 @@ class DelayLine:
 
     def append(self, t: float, q: Array, effort: Array | None) -> None:
         """
-        Take position q (7,) [rad] and effort (7,) [N m] or None at t [s], not before the last.
+        Add position q (7,) [rad] and effort (7,) [N m] or None at t [s], not before the last.
 
         A sample at the time of the last replaces it.
         """
-        if self._samples and self._samples[-1][0] == t:
-            self._samples.pop()
-        self._samples.append((t, q, effort))
+        samples = self._samples
+        if samples and samples[-1][0] == t:
+            samples.pop()
+        samples.append((t, q, effort))
+        while len(samples) > _MAX_SAMPLES or len(samples) > 1 and samples[1][0] <= t - DURATION:
+            del samples[0]
 
     def at(self, t: float) -> tuple[Array, Array | None] | None:
         """
         Return position and effort at t [s], not after the last sample, linearly interpolated.
 
-        Samples before t are forgotten but for the last of them, so t should not run back.
-
         Returns
         -------
         tuple (ndarray (7,), ndarray (7,) or None), or None
-            None in all where t is before the first sample; None for the effort where a sample
-            beside t has none.
+            None where t is before the first sample; effort is None where a sample beside t has
+            none.
 
         """
         samples = self._samples
-        while len(samples) > 1 and samples[1][0] <= t:
-            samples.popleft()
-        t0, q0, effort0 = samples[0]
-        if t < t0:
+        after = bisect_right(samples, t, key=_TIME)
+        if after == 0:
             return None
-        if len(samples) == 1:
+        t0, q0, effort0 = samples[after - 1]
+        if t == t0 or after == len(samples):
             return q0, effort0
-        t1, q1, effort1 = samples[1]
-        if t == t0:
-            return q0, effort0
+        t1, q1, effort1 = samples[after]
         w = np.array((t - t0) / (t1 - t0))  # multiplies faster than a float
         q = q0 + w * (q1 - q0)
         if effort0 is None or effort1 is None:

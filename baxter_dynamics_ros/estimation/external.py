@@ -1,4 +1,4 @@
-"""What pushes the arm: the external joint torque, whether that is contact, and the wrench."""
+"""External joint torque, contact, and the wrench at the hand."""
 
 from typing import Any, NamedTuple
 
@@ -7,72 +7,78 @@ import numpy as np
 from .arm_model import ArmModel
 from .contact import ContactDetector
 from .continuity import GAP
-from .delay_line import DelayLine
+from .motion_estimator import Motions
 from .observer import MomentumObserver
-from .stream import Sample
 from .wrench import hand_wrench, HandWrench
-from ..model.arrays import Array
+from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 from ..model.presliding import Presliding
 
 LOWEST_RATE = 15.0  # of samples, below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # over which the rate is averaged [s]
 _ZERO = np.zeros(N_JOINTS)
+_NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
 
 class External(NamedTuple):
-    """What pushes the arm at one instant; read-only arrays (7,) in joint order."""
+    """External torque at one instant; read-only arrays (7,) in joint order."""
 
     stamp_ns: int  # the instant [ns], on the clock of the joint states' stamps
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
-    effort: Array  # external torque tau_ext [N m], in the direction of positive q
-    contact: 'bool | None'  # None while it is unknown
+    effort: Array  # external torque tau_ext [N m], positive in the direction of positive q
+    contact: 'bool | None'  # None while it is unknown: see :class:`ExternalEffort`
+    joints: Bools  # joints that show the contact
 
 
 class ExternalEffort:
     r"""
     Estimates tau_ext of ``M qdd + C qd + G = tau + tau_ext`` without accelerations.
 
-    Position and effort are looked up as much earlier as the velocity lags (14 ms), so that all
-    belong to one instant. tau is the measured effort less what the effort model says it has
-    beyond torque; added inertia moves with its joint, so its momentum joins the links'.
+    tau is the measured effort less the terms of the effort model; added inertia moves with its
+    joint, so its momentum joins the links'. Contact is unknown while the observer settles, and
+    under :data:`LOWEST_RATE` samples a second.
 
     Parameters
     ----------
     model : ArmModel
         The arm's momentum, its hand, and its effort.
     gain : float
-        The :class:`MomentumObserver`'s [1/s].
+        Gain of the :class:`.MomentumObserver` [1/s].
     **contact
-        The :class:`ContactDetector`'s settings.
+        Settings of the :class:`.ContactDetector`.
 
     Attributes
     ----------
     detector : ContactDetector
-        Says what of it is contact.
-    latest : External or None
-        The newest estimate; None where the newest sample gave none.
+        Detects contact.
 
     """
 
     def __init__(self, model: ArmModel, gain: float, **contact: Any) -> None:
         self._observer = MomentumObserver(gain)
         self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
-        self.latest: External | None = None
         self._model = model
-        self._history = DelayLine()
         self._presliding = Presliding(model.effort_model.dahl_length)
         self._rate = 0.0  # of the samples [Hz]; zero while unknown
-        self._t = 0.0  # of the newest sample, since the stream's beginning [s]
-        # Time of the newest estimate on the same clock [s], and its q, qd and measured effort.
-        self._then: float | None = None
-        self._state: tuple[Array, Array, Array] | None = None
+        # Time of the newest estimate since the stream began [s], and its q, qd, measured effort.
+        self._last: tuple[float, Array, Array, Array] | None = None
+
+    @property
+    def is_too_slow(self) -> bool:
+        """Whether samples are too far apart to detect contact."""
+        return 0.0 < self._rate < LOWEST_RATE
 
     def reset(self) -> None:
-        """Forget the stream, and what free motion is like."""
-        self._restart()
+        """Forget the stream, and what was learned of free motion."""
+        self.restart()
         self.detector.reset()
+
+    def restart(self) -> None:
+        """Start a new stream: the observer settles again."""
+        self._last = None
+        self._presliding.reset()
+        self.detector.restart()
 
     def configure(self, model: ArmModel) -> None:
         """Change the model in mid-stream: the external torque and its bias step to the new one."""
@@ -80,9 +86,9 @@ class ExternalEffort:
         if not before.effort_model.has_dahl:
             self._presliding.reset()  # it stood still
         self._presliding.length = model.effort_model.dahl_length
-        if self._state is not None:
+        if self._last is not None:
             (old_momentum, old_rate), (momentum, rate) = (
-                self._balance(each, *self._state) for each in (before, model))
+                self._balance(each, *self._last[1:]) for each in (before, model))
             self._observer.rebase(momentum - old_momentum, old_rate - rate)
             self.detector.rebase(old_rate - rate)
 
@@ -91,63 +97,48 @@ class ExternalEffort:
         self._observer.gain = gain
         self.detector.configure(settling=self._observer.settling_time, **contact)
 
-    def update(self, sample: Sample, qd: Array, lag: float) -> 'External | None':
+    def update(self, stamp_ns: int, dt: float, motion: Motions) -> 'External | None':
         """
-        Take the next sample.
+        Process the next sample.
 
         Parameters
         ----------
-        sample : Sample
-            Of the stream.
-        qd : ndarray (7,)
-            Its velocity, measured or not [rad/s].
-        lag : float
-            How far that lags the position [s].
+        stamp_ns : int
+            Stamp of the sample [ns].
+        dt : float
+            Time since the last sample [s]; zero for the first.
+        motion : Motions
+            Motion at the instant of its velocity.
 
         Returns
         -------
         External or None
-            For ``lag`` before the sample. None without measured effort, where the stream began
-            less than ``lag`` ago, and where the sample takes the last one's place.
+            At the instant of the velocity. None without measured effort, and where the stream
+            began after that instant.
 
         """
-        state = sample.state
-        if sample.begins:
-            self._restart()
-        else:
-            self._t += sample.dt
-            self._count(sample.dt)
-        self._history.append(self._t, state.q, state.effort)
-        self.latest = None
-        if sample.dt == 0.0 and not sample.begins:
-            return None
-        now = self._history.at(self._t - lag)
-        then = self._t - lag
-        if self._then is not None and then - self._then > GAP:
-            self._then = self._state = None
+        if dt > 0.0:
+            self._rate += (1.0 - self._rate * dt) / (dt + _RATE_TIME if self._rate else dt)
+        t, lag, q, qd, measured, _ = motion
+        if self._last is not None and t - self._last[0] > GAP:
+            self._last = None
             self.detector.restart()
-        if now is None or now[1] is None:
+        if q is None or measured is None:
             return None
-        q, measured = now[0], now[1]
         if self._model.effort_model.has_dahl:
             self._presliding.update(q)
-        momentum, rate = self._balance(self._model, q, qd, measured)
-        if self._then is None:
+        if self._last is None:
             self._observer.reset()
-            self._then = then
-        effort = self._observer.update(max(then - self._then, 0.0), momentum, rate)
-        self._then, self._state = then, (q, qd, measured)
-        contact = self.detector.update(sample.dt, effort, q)
+        before = t if self._last is None else self._last[0]
+        effort = self._observer.update(
+            max(t - before, 0.0), *self._balance(self._model, q, qd, measured))
+        self._last = t, q, qd, measured
+        contact = self.detector.update(dt, effort, q)
         known = not self.detector.is_settling and not self.is_too_slow
         for array in (q, qd, effort):
             array.setflags(write=False)
-        self.latest = External(state.stamp_ns - round(lag * 1e9), q, qd, effort, contact if known else None)
-        return self.latest
-
-    @property
-    def is_too_slow(self) -> bool:
-        """Whether samples are too far apart to detect contact."""
-        return 0.0 < self._rate < LOWEST_RATE
+        return External(stamp_ns - round(lag * 1e9), q, qd, effort, contact if known else None,
+                        self.detector.joints if known and contact else _NO_JOINTS)
 
     def wrench(self, external: External) -> 'HandWrench | None':
         """Return the wrench at the hand that explains tau_ext best, or None near singularities."""
@@ -161,15 +152,3 @@ class ExternalEffort:
         tau = measured - effort.effort(_ZERO, q, qd, _ZERO, presliding)
         momentum, coriolis, gravity = model.momentum_terms(q, qd)
         return momentum, tau + coriolis - gravity
-
-    def _count(self, dt: float) -> None:
-        """Average the rate of the samples."""
-        self._rate += (1.0 - self._rate * dt) / (dt + _RATE_TIME if self._rate else dt or np.inf)
-
-    def _restart(self) -> None:
-        self._t = 0.0
-        self._then = self._state = None
-        self.latest = None
-        self._history.reset()
-        self._presliding.reset()
-        self.detector.restart()

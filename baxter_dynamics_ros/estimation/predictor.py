@@ -1,4 +1,4 @@
-"""The stream handler: a joint state in, a prediction and its residual out."""
+"""Predictor: effort, residual and external torque of one arm from its joint states."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -7,15 +7,15 @@ import numpy as np
 
 from .arm_model import ArmModel
 from .events import Event
-from .external import ExternalEffort
-from .motion_estimator import MotionEstimator
+from .external import External, ExternalEffort
+from .motion_estimator import Motion, MotionEstimator
 from .stream import State, Stream
 from ..model.arrays import Array
 from ..model.presliding import Presliding
 
 
 class Estimate(NamedTuple):
-    """How the arm moved at one instant, and what it measured; read-only (7,) in joint order."""
+    """Motion and measured effort of the arm at one instant; read-only (7,) in joint order."""
 
     # The instant [ns], on the clock of the joint states' stamps: int, or as many in a batch.
     stamp_ns: Any
@@ -27,7 +27,7 @@ class Estimate(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What the arm needs at one instant, and what it measured; read-only (7,) in joint order."""
+    """Predicted effort and residual at one instant; read-only arrays (7,) in joint order."""
 
     # The instant [ns], on the clock of the joint states' stamps: int, or as many in a batch.
     stamp_ns: Any
@@ -39,32 +39,56 @@ class Prediction(NamedTuple):
     residual: 'Array | None'  # measured - predicted effort [N m]; None without a measurement
 
 
+class Step(NamedTuple):
+    """Everything that one joint state gave; None where it gave nothing."""
+
+    dropped: 'Event | None' = None  # the reason, where the message was not accepted
+    begins: bool = False  # the stream restarted: earlier predictions are of another time line
+    state: 'State | None' = None  # measured state
+    estimate: 'Estimate | None' = None  # None while the filter settles
+    prediction: 'Prediction | None' = None
+    external: 'External | None' = None
+
+    @property
+    def delay(self) -> 'float | None':
+        """Time from the instant of the estimate to the measured state [s]."""
+        return self._since(self.estimate)
+
+    @property
+    def external_delay(self) -> 'float | None':
+        """Time from the instant of the external torque to the measured state [s]."""
+        return self._since(self.external)
+
+    def _since(self, result: 'Estimate | External | None') -> 'float | None':
+        if self.state is None or result is None:
+            return None
+        return float(self.state.stamp_ns - result.stamp_ns) * 1e-9
+
+
 class Predictor:
     """
-    Predict one arm's effort from its joint states, and tell what pushes it.
+    Predict one arm's effort from its joint states, and estimate the external torque.
 
     The same code serves the node and recordings; it knows no ROS and no clock but the stamps.
-    :meth:`handle` is :meth:`estimate`, which goes message by message, and then :meth:`predict`,
-    which has no memory and takes many estimates stacked as well as one.
+    :meth:`handle` is :meth:`estimate`, which processes messages in order, and then
+    :meth:`predict`, which has no memory and accepts many stacked estimates as well as one.
 
     Parameters
     ----------
     stream : Stream
-        The door.
+        Validates joint states.
     model : ArmModel
         Torques, momentum and effort.
     estimator : MotionEstimator
         Velocities, accelerations and their alignment.
     external : ExternalEffort, optional
-        What pushes the arm; without it that is not asked.
+        Estimates the external torque; without it there is none.
 
     Attributes
     ----------
     counts : Counter
-        The stream's: how often each :class:`Event` occurred, 'received' and 'taken'; and under
-        'predicted' and 'external' the messages that gave a prediction and an external effort.
-    prediction : Prediction or None
-        The newest prediction; None after a reset until the filter has settled.
+        The stream's: number of occurrences of each :class:`Event`, 'received' and 'taken'; and
+        under 'predicted' and 'external' the messages with an estimate and an external torque.
 
     """
 
@@ -75,26 +99,7 @@ class Predictor:
         self.model = model
         self.estimator = estimator
         self.external = external
-        self.prediction: Prediction | None = None
         self._presliding = Presliding(model.effort_model.dahl_length)
-
-    @property
-    def latest(self) -> 'State | None':
-        """Return the arm's state as last measured."""
-        return self.stream.latest
-
-    @property
-    def delay(self) -> float:
-        """Return how far the prediction's instant is behind the newest joint state [s]."""
-        latest, prediction = self.latest, self.prediction
-        if latest is None or prediction is None:
-            return self.estimator.delay
-        return (latest.stamp_ns - prediction.stamp_ns) * 1e-9
-
-    @property
-    def presliding(self) -> Array:
-        """Return Dahl's state at the newest prediction (7,) [-]."""
-        return self._presliding.z
 
     def configure(self, model: ArmModel) -> None:
         """Change the model in mid-stream: it holds from the next message on."""
@@ -105,27 +110,16 @@ class Predictor:
         if self.external is not None:
             self.external.configure(model)
 
-    def replace_estimator(self, estimator: MotionEstimator) -> None:
-        """Change the filter in mid-stream: predictions are withheld until it has settled."""
-        self.estimator = estimator
-        self.prediction = None
-
-    def restart(self, stamps: str) -> None:
-        """Change the mode of the stamps, which restarts the stream; the counts stay."""
-        self.stream.reset(stamps)
-        self._restart()
-
     def reset(self) -> None:
-        """Forget the stream, and what free motion is like; the counts stay."""
+        """Forget the stream, and what was learned of free motion; the counts stay."""
         self.stream.reset()
-        self._restart()
         if self.external is not None:
             self.external.reset()
 
     def handle(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-               effort: Array, received_ns: 'int | None' = None) -> 'Prediction | None':
+               effort: Array, received_ns: 'int | None' = None) -> Step:
         """
-        Take a joint state.
+        Process a joint state.
 
         Parameters
         ----------
@@ -142,37 +136,35 @@ class Predictor:
 
         Returns
         -------
-        Prediction or None
-            For ``stamp_ns`` less the estimator's delay, or, where stamps are re-timed, the
-            re-timed one less that. None for messages that are dropped, which ``counts`` tells, and
-            for those that are taken while the filter settles. What pushes the arm is then in
-            ``external.latest``.
+        Step
+            The prediction is for ``stamp_ns``, or the re-timed stamp, less the estimator's delay.
 
         """
-        estimate = self.estimate(stamp_ns, names, position, velocity, effort, received_ns)
-        if estimate is None:
-            return None
-        self.prediction = self.predict(estimate)
-        return self.prediction
+        step = self.estimate(stamp_ns, names, position, velocity, effort, received_ns)
+        if step.estimate is None:
+            return step
+        return step._replace(prediction=self.predict(step.estimate))
 
     def estimate(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-                 effort: Array, received_ns: 'int | None' = None) -> 'Estimate | None':
-        """Take a joint state, as :meth:`handle` does, without predicting its effort."""
-        sample = self.stream.take(stamp_ns, names, position, velocity, effort, received_ns)
-        if self.external is not None:
-            self.external.latest = None
-        if sample is None:
-            if self.stream.begins:  # what was predicted last is of another time line
-                self.prediction = None
-            return None
-        if sample.begins:
+                 effort: Array, received_ns: 'int | None' = None) -> Step:
+        """Process a joint state, as :meth:`handle` does, without predicting its effort."""
+        found = self.stream.take(stamp_ns, names, position, velocity, effort, received_ns)
+        if isinstance(found, Event):
+            return Step(dropped=found)
+        if isinstance(found, State):  # without a place on the time line yet
+            return Step(begins=True, state=found)
+        state, dt, begins = found
+        if begins:
             self._restart()
-        state = sample.state
-        motion = self.estimator.update(sample.dt, state.q, state.qd, state.effort)
-        if self.external is not None:
-            external = self.external.update(
-                sample, self.estimator.velocity, self.estimator.velocity_lag)
+        motions = self.estimator.update(dt, state.q, state.qd, state.effort)
+        external = None
+        if self.external is not None and (begins or dt > 0.0):
+            external = self.external.update(state.stamp_ns, dt, motions)
             self.counts['external'] += external is not None
+        return Step(None, begins, state, self._estimate(state, motions.accelerated),
+                    external=external)
+
+    def _estimate(self, state: State, motion: 'Motion | None') -> 'Estimate | None':
         if motion is None:
             return None
         self.counts['predicted'] += 1
@@ -209,4 +201,5 @@ class Predictor:
     def _restart(self) -> None:
         self.estimator.reset()
         self._presliding.reset()
-        self.prediction = None
+        if self.external is not None:
+            self.external.restart()

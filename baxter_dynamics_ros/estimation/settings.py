@@ -245,9 +245,10 @@ class PredictorSettings:
         if changed(*_MODEL):
             predictor.configure(self.model)
         if changed(*_ESTIMATOR):
-            predictor.replace_estimator(self._estimator())
+            predictor.estimator.configure(
+                align=self.values['align'], **self._group('acceleration'))
         if changed('stamps'):
-            predictor.restart(self.values['stamps'])
+            predictor.stream.reset(self.values['stamps'])
         if predictor.external is not None and changed('external_effort', 'contact'):
             predictor.external.tune(**self._group('external_effort'), **self._group('contact'))
 

@@ -81,22 +81,22 @@ class Stream:
         self.begins = True
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array, received_ns: 'int | None' = None) -> 'Sample | None':
+             effort: Array, received_ns: 'int | None' = None) -> 'Sample | State | Event':
         """
         Process a joint state; for the arguments see :meth:`.predictor.Predictor.handle`.
 
         Returns
         -------
-        Sample or None
-            None for messages that are dropped, and while the period of re-timed stamps is not
-            known; ``counts`` has the reason.
+        Sample, State or Event
+            The reason where the message is dropped; the state alone while the period of re-timed
+            stamps is not known.
 
         """
         self.counts['received'] += 1
         reading = self.selector.read(names, position, velocity, effort)
         if isinstance(reading, Event):
             self.counts[reading] += 1
-            return None
+            return reading
         q, qd, measured = reading
         clock = self.clock
         stamp = clock.select(stamp_ns, received_ns)
@@ -105,7 +105,7 @@ class Stream:
         if verdict is not None and verdict is not Event.REPEATED_STAMP:
             self.counts[verdict] += 1
             if verdict in DROPPED:
-                return None
+                return verdict
             self.begins = self.begins or verdict in RESETS
         self.counts['taken'] += 1
         if stamp_ns == 0 and received_ns is not None:
@@ -118,9 +118,9 @@ class Stream:
         time_ns = self._time(stamp_ns, fresh, received_ns)
         if time_ns is None:
             self.counts[Event.AWAITING_PERIOD] += 1
-            self.latest = State(stamp, q, qd, effort_used)
+            self.latest = state = State(stamp, q, qd, effort_used)
             self.begins = True
-            return None
+            return state
         return self._sample(time_ns, fresh, q, qd, effort_used)
 
     def _time(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> int | None:

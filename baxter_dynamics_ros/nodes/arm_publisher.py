@@ -1,7 +1,6 @@
-"""One arm of the node: its stream handler, what it publishes, and the services that it answers."""
+"""One arm of the node: stream handler, publishers and services."""
 
 from collections.abc import Sequence
-import time
 from typing import Any, cast
 
 from geometry_msgs.msg import WrenchStamped
@@ -14,7 +13,7 @@ from std_msgs.msg import Bool
 from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
 from .period import PeriodStatistics
-from .services import Answers
+from .services import Answers, Recent
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
@@ -23,27 +22,29 @@ from ..model.arrays import Array
 
 class Arm:
     """
-    Publishes what one arm needs and what pushes it.
+    Stream handler, publishers and services of one arm.
 
-    What nobody listens to is not published, nor made.
+    Topics without subscribers are neither published nor computed.
 
     Parameters
     ----------
     node : Node
-        Whose.
+        Node to publish with.
     settings : PredictorSettings
-        Of the arm.
+        Settings of the arm.
 
     Attributes
     ----------
     predictor : Predictor
-        The stream handler.
+        Stream handler.
     external : ExternalEffort
-        Its part that tells what pushes the arm.
+        The predictor's estimator of external torque.
     settings : PredictorSettings
-        As they are.
+        Settings in use.
     statistics : PeriodStatistics
-        Of what came since the last report.
+        Counts and sums since the last report.
+    recent : Recent
+        Newest steps.
 
     """
 
@@ -52,8 +53,7 @@ class Arm:
         self.predictor = settings.predictor(external=True)
         self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
         self.statistics = PeriodStatistics()
-        self._taken = -float('inf')  # monotonic time of a valid joint state of the arm [s]
-        self._predicted = -float('inf')  # monotonic time [s]
+        self.recent = Recent()
         self._node = node
         self._prediction = self._publisher(JointState, topics.PREDICTED_EFFORT)
         self._residual = self._publisher(JointState, topics.EFFORT_RESIDUAL)
@@ -67,30 +67,20 @@ class Arm:
             message.header.frame_id = settings.values['frame_id']
         self._bool = Bool()
 
-    @property
-    def age(self) -> float:
-        """Time since the arm's last valid joint state [s]; infinite if there was none."""
-        return time.monotonic() - self._taken
-
-    @property
-    def prediction_age(self) -> float:
-        """Time since the last prediction [s]; infinite if there was none."""
-        return time.monotonic() - self._predicted
-
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
              effort: Array, received_ns: int) -> None:
         """Process a joint state, as the stream handler does, and publish the results."""
-        predictor = self.predictor
-        taken = predictor.counts['taken']
-        prediction = predictor.handle(stamp_ns, names, position, velocity, effort, received_ns)
-        if predictor.counts['taken'] != taken:
-            self._taken = time.monotonic()
-        if prediction is not None:
-            self._predicted = self._taken
-            self._tell_prediction(prediction)
-        external = self.external.latest
-        if external is not None:
-            self._tell_external(external)
+        step = self.predictor.handle(stamp_ns, names, position, velocity, effort, received_ns)
+        self.recent.add(step)
+        if step.prediction is not None:
+            self._publish_prediction(step.prediction)
+        if step.external is not None:
+            self._publish_external(step.external)
+
+    def reset(self) -> None:
+        """Forget the stream, and what was learned of free motion."""
+        self.predictor.reset()
+        self.recent.predicted = None
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the settings in mid-stream."""
@@ -99,7 +89,7 @@ class Arm:
 
     def offer_services(self, gravity_torques: type[Any], inverse_dynamics: type[Any]) -> None:
         """Answer services of these types."""
-        answers = Answers(self.predictor, lambda: self.age, lambda: self.prediction_age)
+        answers = Answers(self.predictor, self.recent)
         self._node.create_service(
             gravity_torques, topics.below_node(topics.GRAVITY_TORQUES),
             lambda request, response: answers.gravity_torques(self.settings, request, response))
@@ -107,16 +97,16 @@ class Arm:
             inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS),
             lambda request, response: answers.inverse_dynamics(self.settings, request, response))
 
-    def _tell_prediction(self, prediction: Prediction) -> None:
+    def _publish_prediction(self, prediction: Prediction) -> None:
         self.statistics.add(prediction.residual)
         self._prepare(prediction)
         self._publish(self._prediction, prediction.effort)
         if prediction.residual is not None:
             self._publish(self._residual, prediction.residual)
 
-    def _tell_external(self, external: External) -> None:
+    def _publish_external(self, external: External) -> None:
         if external.contact:
-            self.statistics.add_contact(self.external.detector.joints)
+            self.statistics.add_contact(external.joints)
         if self._external.get_subscription_count():
             self._prepare(external)
             self._publish(self._external, external.effort)

@@ -125,13 +125,13 @@ def _input(status: DiagnosticStatus, source: Source) -> None:
     if lost:
         status.level = WARN
         status.message += SAYS['lost'].format(lost=lost)
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         if status.level == OK:
             _explain_silence(status, source, types)
         else:  # messages arrive, and none can be used
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
-    _add(status, 'age [s]', f'{arm.age:.3f}')
+    _add(status, 'age [s]', f'{arm.recent.age:.3f}')
     _add(status, 'publishers', source.node.count_publishers(topic))
     _add(status, 'types seen', ', '.join(types) or 'none')
     _add(status, 'joints looked for', ' '.join(stream.selector.names))
@@ -167,7 +167,7 @@ def _listed(names: tuple[str, ...]) -> str:
 def _stamps(status: DiagnosticStatus, source: Source) -> None:
     arm = source.arm
     clock = arm.predictor.stream.clock
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         _summarize(status, STALE, 'waiting')
     elif not clock.retimed or clock.period:
         _summarize(status, OK, clock.source)
@@ -177,20 +177,24 @@ def _stamps(status: DiagnosticStatus, source: Source) -> None:
         _summarize(status, OK, 'locking')
     _add(status, 'source', clock.source)
     _add(status, 're-timed', clock.retimed)
-    if arm.predictor.latest is not None:
-        _add(status, 'newest stamp [s]', f'{arm.predictor.latest.stamp_ns * 1e-9:.3f}')
+    if arm.recent.accepted is not None:
+        _add(status, 'newest stamp [s]', f'{arm.recent.accepted.state.stamp_ns * 1e-9:.3f}')
     if clock.retimed and clock.period:
         _add(status, 'period [s]', f'{clock.period:.6f}')
         _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')
     _add(status, Event.AWAITING_PERIOD.value, arm.predictor.counts[Event.AWAITING_PERIOD])
-    _add(status, 'delay of predictions [s]', f'{arm.predictor.delay:.4f}')
-    _add(status, 'delay of external effort [s]', f'{arm.predictor.estimator.velocity_lag:.4f}')
+    predicted, accepted = arm.recent.predicted, arm.recent.accepted
+    for what, delay, nominal in (
+            ('predictions', predicted and predicted.delay, arm.predictor.estimator.delay),
+            ('external effort', accepted and accepted.external_delay,
+             arm.predictor.estimator.velocity_lag)):
+        _add(status, f'delay of {what} [s]', f'{nominal if delay is None else delay:.4f}')
 
 
 def _filter(status: DiagnosticStatus, source: Source) -> None:
     arm = source.arm
     predictor, statistics = arm.predictor, arm.statistics
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         state = 'waiting'
         _summarize(status, STALE, state)
     else:
@@ -213,7 +217,7 @@ def _effort(status: DiagnosticStatus, source: Source) -> None:
     _summarize(status, OK, 'effort')
     _warn_of(status, NO_EFFORT, arm)
     valid = str(status.level == OK)
-    if arm.age > STALE_AFTER:
+    if arm.recent.age > STALE_AFTER:
         valid = 'unknown'
         _summarize(status, STALE, 'no measurement')
     _add(status, 'valid', valid)
@@ -223,7 +227,7 @@ def _effort(status: DiagnosticStatus, source: Source) -> None:
 def _residual(status: DiagnosticStatus, source: Source) -> None:
     arm = source.arm
     rms = arm.statistics.residual_rms
-    _summarize(status, STALE if arm.age > STALE_AFTER else OK,
+    _summarize(status, STALE if arm.recent.age > STALE_AFTER else OK,
                'no residual' if rms is None else 'residual')
     for i, joint in enumerate(JOINTS):
         _add(status, f'{joint} RMS [N m]', 'none' if rms is None else f'{rms[i]:.3f}')
@@ -233,7 +237,7 @@ def _external(status: DiagnosticStatus, source: Source) -> None:
     arm = source.arm
     detector = arm.external.detector
     joints = _named(detector.joints)
-    if arm.age > STALE_AFTER or not arm.statistics.since('external'):
+    if arm.recent.age > STALE_AFTER or not arm.statistics.since('external'):
         _summarize(status, STALE, 'no external')
     elif arm.external.is_too_slow:
         _summarize(status, WARN, 'too slow', needed=LOWEST_RATE)

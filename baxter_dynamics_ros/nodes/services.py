@@ -1,7 +1,8 @@
-"""The two services' answers: gravity torques and inverse dynamics of one arm."""
+"""Services of one arm: gravity torques and inverse dynamics."""
 
 from array import array
 from collections.abc import Callable
+import time
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from sensor_msgs.msg import JointState
 from .messages import from_field, joint_state, stamp_ns, to_field
 from ..estimation.events import Event, REMEDIES
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
-from ..estimation.predictor import Predictor
+from ..estimation.predictor import Predictor, Step
 from ..estimation.settings import PredictorSettings
 from ..estimation.stream import State
 from ..model.arrays import Array, Indices
@@ -24,6 +25,50 @@ _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_
               'acceleration': 1e4}
 
 
+class Recent:
+    """
+    The newest steps of a stream.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns the time [s].
+
+    Attributes
+    ----------
+    accepted, predicted : Step or None
+        The last accepted joint state, and the last with a prediction; None before the first, and
+        for the prediction also after the stream has restarted.
+
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.accepted: Step | None = None
+        self.predicted: Step | None = None
+        self._clock = clock
+        self._accepted_at = self._predicted_at = -float('inf')  # [s]
+
+    @property
+    def age(self) -> float:
+        """Time since the last accepted joint state [s]; infinite if there was none."""
+        return self._clock() - self._accepted_at
+
+    @property
+    def prediction_age(self) -> float:
+        """Time since the last prediction [s]; infinite if there was none."""
+        return self._clock() - self._predicted_at
+
+    def add(self, step: Step) -> None:
+        """Remember a step."""
+        if step.dropped is not None:
+            return
+        self.accepted, self._accepted_at = step, self._clock()
+        if step.begins:
+            self.predicted = None
+        if step.estimate is not None:
+            self.predicted, self._predicted_at = step, self._accepted_at
+
+
 class Answers:
     """
     Fill in the responses of the services.
@@ -31,17 +76,15 @@ class Answers:
     Parameters
     ----------
     predictor : Predictor
-        Supplies the latest state, and the joints' names.
-    state_age, prediction_age : callable
-        Time since the arm's last joint state, and since the last prediction [s].
+        Has the names of the joints and the filter's settling time.
+    recent : Recent
+        The newest state and estimate.
 
     """
 
-    def __init__(self, predictor: Predictor, state_age: Callable[[], float],
-                 prediction_age: Callable[[], float]) -> None:
+    def __init__(self, predictor: Predictor, recent: Recent) -> None:
         self._predictor = predictor
-        self._state_age = state_age
-        self._prediction_age = prediction_age
+        self._recent = recent
 
     def gravity_torques(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
         """Answer ``GravityTorques``."""
@@ -94,7 +137,7 @@ class Answers:
         _refuse_nameless(state)
         latest = self._latest()
         return latest.q, latest.stamp_ns, (
-            f'the latest measured state, {self._state_age():.3f} s old')
+            f'the latest measured state, {self._recent.age:.3f} s old')
 
     def _motion(self, state: JointState, acceleration: 'array[float]'
                 ) -> tuple[Array, Array, Array, Array | None, int, str]:
@@ -110,15 +153,16 @@ class Answers:
             raise ArgumentError('acceleration', 'its order is that of state.name, which is '
                                 'empty: give the state, too, or leave both empty')
         latest = self._latest()
-        now = self._predictor.prediction
-        if now is None or self._prediction_age() > MAX_AGE:
+        step = self._recent.predicted
+        now = None if step is None else step.estimate
+        if now is None or self._recent.prediction_age > MAX_AGE:
             raise ArgumentError('state', 'the acceleration filter has no estimate: it settles for '
                                 f'{self._predictor.estimator.settling_time:.2f} s after a start; '
                                 'if it never does, the diagnostics say why')
         behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
-        return (now.q, now.qd, now.qdd, self._predictor.presliding, now.stamp_ns,
+        return (now.q, now.qd, now.qdd, now.presliding, now.stamp_ns,
                 f'the estimate for {behind:.0f} ms before the latest measured state, '
-                f'{self._state_age():.3f} s old')
+                f'{self._recent.age:.3f} s old')
 
     def _layout(self, state: JointState) -> Indices:
         layout = self._predictor.stream.selector.layout(state.name)
@@ -146,7 +190,8 @@ class Answers:
 
     def _latest(self) -> State:
         """Return the latest measured state; refuse one that is old."""
-        latest, age = self._predictor.latest, self._state_age()
+        accepted, age = self._recent.accepted, self._recent.age
+        latest = None if accepted is None else accepted.state
         if latest is None or age > MAX_AGE:
             since = 'yet' if latest is None else f'for {age:.1f} s'
             raise ArgumentError('state', 'empty, which asks for the latest measured state, but '

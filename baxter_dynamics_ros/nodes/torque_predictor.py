@@ -80,7 +80,7 @@ class TorquePredictor(ParameterNode):
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         predictor = self._arm.predictor
         retimed = predictor.stream.clock.retimed
-        predictor.reset()
+        self._arm.reset()
         response.success = True
         response.message = ('filter and contact detector are reset: predictions return after '
                             f'{predictor.estimator.settling_time:.2f} s'

@@ -173,9 +173,9 @@ def _check(rows: Array, duration: float, velocity: VelocitySums,
 
 def _predicted(settings: PredictorSettings, q: Array, qd: Array,
                qdd: Array) -> tuple[Array, Array, Array, Array]:
-    dynamics, model = settings.arm.dynamics, settings.effort_model
-    gravity = dynamics.gravity(q)
-    tau = dynamics.inverse_dynamics(q, qd, qdd)
+    arm, model = settings.arm, settings.effort_model
+    gravity = arm.gravity(q)
+    tau = arm.inverse_dynamics(q, qd, qdd)
     spring = (model if model.has_spring else EffortModel()).spring(q)
     return tau - gravity, gravity, spring, tau + spring * model.has_spring
 

@@ -63,14 +63,15 @@ def play(messages: Iterable[Message], predictor: Predictor) -> Iterator[Block]:
     rows: list[_Row] = []
     previous = None
     for stamp_ns, names, position, velocity, effort, received_ns in messages:
-        estimate = predictor.estimate(stamp_ns, names, position, velocity, effort)
-        latest = predictor.latest
-        if estimate is not None and latest is not None and previous is not None:
-            rows.append((received_ns, estimate, latest, previous))
+        step = predictor.estimate(stamp_ns, names, position, velocity, effort)
+        if step.state is None:
+            continue
+        if step.estimate is not None and previous is not None:
+            rows.append((received_ns, step.estimate, step.state, previous))
             if len(rows) == BLOCK:
                 yield _stacked(rows)
                 rows = []
-        previous = latest
+        previous = step.state
     if rows:
         yield _stacked(rows)
 

@@ -127,8 +127,8 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
     predictor = settings.predictor(external=True)
     names = joint_names(recording.arm)
     for stamp_ns, joints, position, velocity, effort, received_ns in recording:
-        prediction = predictor.handle(stamp_ns, joints, position, velocity, effort)
-        external = predictor.external.latest if predictor.external else None
+        step = predictor.handle(stamp_ns, joints, position, velocity, effort)
+        prediction, external = step.prediction, step.external
         for topic, result, values in (
                 ('predicted_effort', prediction, prediction and prediction.effort),
                 ('effort_residual', prediction, prediction and prediction.residual),

@@ -94,7 +94,7 @@ def test_a_message_at_a_time_the_node_says_the_same(recordings):
     one = load(recordings, 'left_arm_tracking')[4]
     assert max(values['effort_model.dahl']) > 0.1  # with friction that has a memory
     predictor = PredictorSettings(values).predictor()
-    predictions = [predictor.handle(*state[:5]) for state in one]
+    predictions = [predictor.handle(*state[:5]).prediction for state in one]
     residuals = np.array([p.residual for p in predictions if p is not None])
     np.testing.assert_allclose(np.sqrt(np.mean(residuals ** 2, axis=0)), left_over(values, [one]),
                                rtol=1e-9)

@@ -83,7 +83,8 @@ def test_the_residual_of_a_motion_is_the_nodes(robot):
     one = robot.recording(values, 7, 12.0)
     one.states = one.states[:500] + one.states[560:]  # a gap: the filter starts anew
     predictor = PredictorSettings(values).predictor()
-    node = [p for p in (predictor.handle(*state[:5]) for state in one) if p is not None]
+    node = [step.prediction for step in (predictor.handle(*state[:5]) for state in one)
+            if step.prediction]
     motion = observe(one, values)
     np.testing.assert_allclose(residual(motion, values), [p.residual for p in node], atol=1e-9)
     np.testing.assert_array_equal(motion.time,

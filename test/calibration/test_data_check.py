@@ -19,7 +19,7 @@ SWAPPED = np.array([0, 1, 3, 2, 4, 5, 6])  # e0 and e1
 
 def dynamics(q, v):
     """Return M qdd + C qd (7,) [N m] as far as velocities alone give it, and G."""
-    gravity = SETTINGS.arm.dynamics.gravity(q)
+    gravity = SETTINGS.arm.gravity(q)
     return SETTINGS.arm.inverse_dynamics(q, v, np.zeros(7)) - gravity, gravity
 
 

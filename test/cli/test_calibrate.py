@@ -49,7 +49,7 @@ def test_from_a_recording_to_a_file_that_serves(command, make_bag, moving_arm, t
                    '--output', report)[0] == 0
     rms = json.loads((report / 'summary.json').read_text())['lagrange_euler']['rms']
     predictor = PredictorSettings({'arm': 'left'}).predictor()
-    before = [predictor.handle(*content) for _, _, content in other]
+    before = [predictor.handle(*content).prediction for _, _, content in other]
     before = np.sqrt(np.mean([p.residual ** 2 for p in before if p is not None], axis=0))
     assert np.max(rms / before) < 0.4
 

@@ -38,7 +38,7 @@ def summary(command, tmp_path):
 def predictions(messages, values=None):
     """Return the node's predictions of some joint states, one after the other."""
     predictor = PredictorSettings(values).predictor()
-    found = [predictor.handle(*content) for _, _, content in messages
+    found = [predictor.handle(*content).prediction for _, _, content in messages
              if not isinstance(content, str)]
     return [prediction for prediction in found if prediction is not None]
 
@@ -150,8 +150,8 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
     predictor = PredictorSettings(values).predictor(external=True)
     for _, _, content in messages:
         if not isinstance(content, str):
-            predictor.handle(*content)
-            external += [predictor.external.latest] if predictor.external.latest else []
+            step = predictor.handle(*content)
+            external += [step.external] if step.external else []
     without = [p for p in wanted if p.residual is None]
     assert len(wanted) == 80 - 21 and without
     residuals = [p for p in wanted if p.residual is not None]

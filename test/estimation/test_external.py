@@ -41,9 +41,9 @@ def play(predictor, messages) -> tuple:
     """Return, for each message, the residual and the External, or None."""
     residuals, externals = [], []
     for stamp, *arrays in messages:
-        prediction = predictor.handle(stamp, RIGHT, *arrays)
-        residuals.append(None if prediction is None else prediction.residual)
-        externals.append(predictor.external.latest)
+        step = predictor.handle(stamp, RIGHT, *arrays)
+        residuals.append(None if step.prediction is None else step.prediction.residual)
+        externals.append(step.external)
     return residuals, externals
 
 
@@ -59,6 +59,7 @@ def test_a_push_is_external_effort_and_its_negative_is_residual():
     np.testing.assert_allclose(residuals[-1], -PUSH, atol=0.05)
     contact = [external is not None and external.contact for external in externals]
     assert not any(contact[:100]) and all(contact[115:])
+    assert externals[-1].joints[:4].all() and not externals[99].joints.any()
 
 
 def test_it_follows_a_push_in_the_time_of_the_gain():
@@ -241,9 +242,8 @@ def test_messages_that_are_dropped_give_none():
     predictor = settings.predictor(external=True)
     messages = measured(settings, 1.0)
     play(predictor, messages)
-    assert predictor.external.latest is not None
-    predictor.handle(messages[-1][0], joint_names('left'), *messages[-1][1:])
-    assert predictor.external.latest is None
+    assert predictor.handle(
+        messages[-1][0], joint_names('left'), *messages[-1][1:]).external is None
     assert predictor.counts['external'] == len(messages) - 2
 
 
@@ -272,6 +272,6 @@ def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():
     without.configure(predictor, with_)
     play(predictor, messages[100:200])
     with_.configure(predictor, without)
-    np.testing.assert_array_equal(predictor.presliding, 0.0)
-    play(predictor, messages[200:201])
-    np.testing.assert_array_equal(predictor.presliding, 0.0)  # nothing is known of before
+    stamp, *arrays = messages[200]
+    step = predictor.handle(stamp, RIGHT, *arrays)
+    np.testing.assert_array_equal(step.estimate.presliding, 0.0)  # nothing is known of before

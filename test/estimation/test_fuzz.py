@@ -21,7 +21,7 @@ srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
 pytest.importorskip('hypothesis', reason='draws the sequences: pip install hypothesis')
 
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402, I100
-from baxter_dynamics_ros.nodes.services import Answers  # noqa: E402
+from baxter_dynamics_ros.nodes.services import Answers, Recent  # noqa: E402
 from hypothesis import settings as profile, stateful, strategies as st  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
@@ -103,7 +103,8 @@ class Life(stateful.RuleBasedStateMachine):
         self.sent = self.contact = self.retimed = 0
         self.predicted, self.external = Counter(), Counter()  # by side
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
-        self.age = float('inf')  # of the newest state and prediction [s]
+        self.time = 0.0  # [s]
+        self.recent = {side: Recent(lambda: self.time) for side in self.handlers}
 
     def send(self, names, *fields, step=10 * MS):
         """Send a message ``step`` [ns] after the last, and look at what comes of it."""
@@ -111,25 +112,28 @@ class Life(stateful.RuleBasedStateMachine):
         self.sent += 1
         self.last = names, *fields
         for side, handler in self.handlers.items():
-            before = handler.prediction
+            recent = self.recent[side]
+            before = recent.predicted
             with np.errstate(divide='raise', over='raise', invalid='raise'):
-                prediction = handler.handle(self.stamp, names, *fields)
-                external = handler.external.latest
+                step = handler.handle(self.stamp, names, *fields)
+                prediction, external = step.prediction, step.external
                 wrench = handler.external.wrench(external) if external is not None else None
             self.retimed += handler.stream.clock.period is not None
-            if handler.latest is not None:
-                self.age = 0.0
+            recent.add(step)
             self.predicted[side] += prediction is not None
             self.external[side] += external is not None
             if prediction is not None:
                 assert_sound(*(x for x in prediction[1:] if x is not None))
-                assert prediction.stamp_ns <= handler.latest.stamp_ns
-                assert before is None or prediction.stamp_ns > before.stamp_ns
+                assert prediction.stamp_ns <= step.state.stamp_ns
+                assert before is None or step.begins or (
+                    prediction.stamp_ns > before.prediction.stamp_ns)
+                assert 0.0 <= step.delay < 3.0  # [s]
             if external is not None:
                 assert_sound(external.q, external.qd, external.effort)
-                assert type(external.contact) is bool
-                self.contact += external.contact
-                assert external.stamp_ns <= handler.latest.stamp_ns
+                assert external.contact in (None, False, True)
+                self.contact += bool(external.contact)
+                assert external.joints.any() == bool(external.contact)
+                assert external.stamp_ns <= step.state.stamp_ns
             if wrench is not None:
                 assert_sound(wrench.force, wrench.torque, shape=(3,))
                 assert np.isfinite(wrench.unexplained)
@@ -236,7 +240,6 @@ class Life(stateful.RuleBasedStateMachine):
     def reset_is_asked_for(self):
         for handler in self.handlers.values():
             handler.reset()
-            assert handler.prediction is None and handler.external.latest is None
 
     @stateful.rule(names=NAMES | st.just([]), stamp=STAMPS, data=st.data())
     def anything_is_asked(self, names, stamp, data):
@@ -245,13 +248,13 @@ class Life(stateful.RuleBasedStateMachine):
 
     @stateful.rule(names=ORDERS, qdd=st.floats(-1e4, 1e4), later=st.sampled_from([0.0, 1.1]))
     def what_makes_sense_is_asked(self, names, qdd, later):
-        self.age += later
+        self.time += later
         self.ask(joint_state(names, 0, *self.motion(names)), [qdd] * len(names))
         self.ask(joint_state([], 0), [])
 
     def ask(self, state, acceleration):
-        for handler in self.handlers.values():
-            answers = Answers(handler, lambda: self.age, lambda: self.age)
+        for side, handler in self.handlers.items():
+            answers = Answers(handler, self.recent[side])
             settings = self.settings
             with np.errstate(divide='raise', over='raise', invalid='raise'):
                 gravity = answers.gravity_torques(settings, srv.GravityTorques.Request(
@@ -283,7 +286,6 @@ class Life(stateful.RuleBasedStateMachine):
             detector, clock = handler.external.detector, handler.stream.clock
             assert np.isfinite([detector.bias, detector.sigma, detector.threshold]).all()
             assert np.isfinite([clock.period or 0.0, clock.jitter or 0.0]).all()
-            assert 0.0 <= handler.delay < 3.0  # [s]
 
 
 # Where it fails it looks for the shortest such sequence [s].

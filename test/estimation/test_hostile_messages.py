@@ -74,13 +74,15 @@ def test_hostile_messages(values):
     with np.errstate(divide='raise', over='raise', invalid='raise'):
         for message in hostile(6000):
             before = predictor.counts.copy()
-            prediction = predictor.handle(*message)
+            step = predictor.handle(*message)
+            prediction = step.prediction
             now = predictor.counts - before
             total += now
             # Each message is dropped, for one reason, or taken; and if it is taken, it gives a
             # prediction or, while the filter settles and at a repeated stamp, none.
             assert now['received'] == 1
             assert now['taken'] + sum(now[event] for event in DROPPED) == 1
+            assert now['taken'] if step.dropped is None else now[step.dropped] == 1
             assert now['predicted'] == (prediction is not None) <= now['taken']
             assert now['predicted'] + sum(now[e] for e in (*RESETS, Event.REPEATED_STAMP)) <= 1
             if prediction is not None:
@@ -94,5 +96,5 @@ def test_hostile_messages(values):
     assert all(total[event] for event in DROPPED), 'not hostile enough'
     assert sum(total[event] for event in RESETS) > 10
     for stamp, arrays in stream(60):  # and good ones find it well
-        prediction = predictor.handle(stamp, RIGHT, *arrays)
+        prediction = predictor.handle(stamp, RIGHT, *arrays).prediction
     assert prediction.residual is not None

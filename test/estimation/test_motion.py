@@ -44,7 +44,8 @@ def estimate(t, estimator, measures_velocity=True, measures_effort=True) -> tupl
     q = trajectory(t)[0]
     qd = trajectory(t - VELOCITY_LAG)[1] if measures_velocity else [None] * len(t)
     efforts = effort(t) if measures_effort else [None] * len(t)
-    motions = list(map(estimator.update, np.diff(t, prepend=t[0]), q, qd, efforts))
+    motions = [estimator.update(*row).accelerated
+               for row in zip(np.diff(t, prepend=t[0]), q, qd, efforts)]
     given = [motion is not None for motion in motions]
     return t[given], [motion for motion in motions if motion is not None]
 
@@ -150,15 +151,27 @@ def test_repeated_stamp_gives_no_estimate(align):
     estimator = MotionEstimator(5.0, VELOCITY_LAG, align)
     estimate(STAMPS['100 Hz'], estimator)
     q, qd, _ = (array[0] for array in trajectory(STAMPS['100 Hz'][-1:]))
-    assert estimator.update(0.0, q, qd, None) is None
-    assert estimator.update(0.01, q, qd, None) is not None
+    assert estimator.update(0.0, q, qd, None).accelerated is None
+    assert estimator.update(0.01, q, qd, None).accelerated is not None
+
+
+def test_velocity_is_aligned_with_position_and_effort_of_its_instant():
+    t = STAMPS['100 Hz'] - STAMPS['100 Hz'][0]
+    estimator = MotionEstimator(5.0, VELOCITY_LAG, align=False)
+    for row in zip(np.diff(t, prepend=0.0), trajectory(t)[0], trajectory(t - VELOCITY_LAG)[1],
+                   effort(t)):
+        found = estimator.update(*row)
+    assert found.lag == VELOCITY_LAG and found.t == pytest.approx(t[-1] - VELOCITY_LAG, abs=1e-9)
+    wanted = *trajectory(t[-1:] - VELOCITY_LAG)[:2], effort(t[-1:] - VELOCITY_LAG)
+    for x, y in zip((found.q, found.qd, found.effort), wanted):
+        np.testing.assert_allclose(x, y[0], atol=1e-2)
 
 
 @pytest.mark.parametrize('align, dt', [(True, 0.01), (False, 0.01), (True, 0.0), (False, 0.0)])
 def test_memory_is_bounded(align, dt):
     estimator, samples = MotionEstimator(5.0, VELOCITY_LAG, align), []
-    for _ in range(1000):
+    for _ in range(2000):
         q = np.zeros(7)
         samples.append(weakref.ref(q))
         estimator.update(dt, q, np.zeros(7), None)
-    assert sum(sample() is not None for sample in samples) < 20
+    assert sum(sample() is not None for sample in samples) < 100

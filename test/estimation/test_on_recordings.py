@@ -36,7 +36,7 @@ def residuals(period: float, recordings: list, **values) -> list:
     names, settings, result = joint_names('left'), PredictorSettings({'arm': 'left'} | values), []
     for recording in recordings:
         predictor = settings.predictor()
-        predictions = [predictor.handle(round(i * period * 1e9), names, *arrays)
+        predictions = [predictor.handle(round(i * period * 1e9), names, *arrays).prediction
                        for i, arrays in enumerate(zip(*recording))]
         result.append(np.array([p.residual for p in predictions if p is not None]))
         n = len(predictions)

@@ -1,6 +1,7 @@
 """The stream handler: residuals of known motion, their sign, and messages of all sorts."""
 
 from baxter_dynamics_ros.estimation.events import Event, RESETS
+from baxter_dynamics_ros.estimation.predictor import Step
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -28,8 +29,8 @@ def measured(settings: PredictorSettings, n: int = 300, extra: float = 0.0) -> l
 
 
 def play(predictor, messages, names=RIGHT) -> list:
-    """Return what the predictor returns for each message."""
-    return [predictor.handle(stamp, names, *arrays) for stamp, *arrays in messages]
+    """Return the prediction of each message, or None."""
+    return [predictor.handle(stamp, names, *arrays).prediction for stamp, *arrays in messages]
 
 
 def with_names(message: tuple, names=RIGHT) -> tuple:
@@ -168,21 +169,31 @@ def test_an_arm_picks_its_own_joints(side, other):
     predictor = settings.predictor()
     assert not any(play(predictor, messages, joint_names(other)))
     assert predictor.counts == {'received': 300, Event.NOT_THIS_ARM: 300}
-    assert predictor.latest is None
 
 
-def test_latest_and_prediction_are_the_newest():
-    settings = PredictorSettings()
-    predictor = settings.predictor()
-    assert predictor.latest is None and predictor.prediction is None
-    for stamp, *arrays in measured(settings, 40):
-        prediction = predictor.handle(stamp, RIGHT, *arrays)
-        assert predictor.latest.stamp_ns == stamp
-        np.testing.assert_array_equal(predictor.latest.q, arrays[0])
-        assert predictor.prediction is prediction
-    newest = predictor.latest
-    assert predictor.handle(stamp - MS, RIGHT, *arrays) is None  # dropped
-    assert predictor.latest is newest and predictor.prediction is prediction
+def test_a_step_has_everything_that_a_message_gave():
+    settings = PredictorSettings({'stamps': 'header'})
+    predictor = settings.predictor(external=True)
+    for k, (stamp, *arrays) in enumerate(measured(settings, 40)):
+        step = predictor.handle(stamp, RIGHT, *arrays)
+        assert step.dropped is None and step.begins == (k == 0)
+        assert step.state.stamp_ns == stamp
+        np.testing.assert_array_equal(step.state.q, arrays[0])
+        assert (step.external is None) == (k < 2) and (step.prediction is None) == (k < 21)
+    assert step.delay == pytest.approx(DELAY * 1e-9, abs=1e-9)
+    assert step.external_delay == pytest.approx(0.014, abs=1e-9)
+    assert predictor.estimate(stamp + 10 * MS, RIGHT, *arrays).prediction is None
+    for after, names, event in ((9, RIGHT, Event.OUT_OF_ORDER),
+                                (20, joint_names('left'), Event.NOT_THIS_ARM)):
+        assert predictor.handle(stamp + after * MS, names, *arrays) == Step(dropped=event)
+
+
+def test_a_step_has_the_state_alone_while_the_period_of_arrivals_is_unknown():
+    settings = PredictorSettings({'stamps': 'arrival'})
+    (stamp, *arrays), = measured(settings, 1)
+    step = settings.predictor(external=True).handle(stamp, RIGHT, *arrays)
+    assert step.dropped is None and step.begins and step.state.stamp_ns == stamp
+    assert step.estimate is step.prediction is step.external is step.delay is None
 
 
 def test_handled_arrays_are_not_aliased():
@@ -193,7 +204,7 @@ def test_handled_arrays_are_not_aliased():
     for stamp, *arrays in messages:  # a publisher that fills the same arrays again and again
         for buffer, array in zip(buffers, arrays):
             buffer[:] = array
-        found = predictor.handle(stamp, RIGHT, *buffers)
+        found = predictor.handle(stamp, RIGHT, *buffers).prediction
         for buffer in buffers:
             buffer[:] = 0.0
     np.testing.assert_array_equal(found.residual, wanted.residual)
@@ -221,8 +232,6 @@ def test_reset_starts_anew():
     predictor = settings.predictor()
     first = play(predictor, messages)
     predictor.reset()
-    assert predictor.prediction is None
-    assert predictor.latest.stamp_ns == messages[-1][0]  # still what was last measured
     once = {'received': 60, 'taken': 60, 'predicted': 39, Event.RESET_REQUESTED: 1}
     assert predictor.counts == once
     again = play(predictor, messages)  # the same stamps, which now run back
@@ -251,12 +260,11 @@ def test_another_estimator_starts_anew_and_keeps_the_counts(change):
     predictor = before.predictor()
     play(predictor, messages[:50])
     after.configure(predictor, before)
-    assert predictor.prediction is None
     found = play(predictor, messages[50:])
     wanted = play(after.predictor(), messages[50:])
     assert [p is None for p in found] == [p is None for p in wanted]
     assert found[-1].stamp_ns == wanted[-1].stamp_ns
-    np.testing.assert_array_equal(found[-1].residual, wanted[-1].residual)
+    np.testing.assert_allclose(found[-1].residual, wanted[-1].residual, atol=1e-9)
     assert predictor.counts['taken'] == 100 and not any(predictor.counts[e] for e in RESETS)
 
 
@@ -271,7 +279,9 @@ def test_after_a_reset_predictions_are_withheld(event, change):
     messages = measured(settings, 100)
     predictor = settings.predictor()
     assert play(predictor, messages[:50])[-1] is not None
-    assert predictor.handle(*with_names(change(*messages[50]))) is None
+    step = predictor.handle(*with_names(change(*messages[50])))
+    assert step.prediction is None
+    assert step.begins == (event is Event.RESET_GAP) == (step.dropped is None)
     returned = play(predictor, [change(*message) for message in messages[51:]])
     to_confirm = event is not Event.RESET_GAP
     settling = 20 + to_confirm
@@ -291,4 +301,3 @@ def test_repeated_stamps_are_taken_in_without_prediction_where_stamps_are_believ
     assert predictor.counts[Event.REPEATED_STAMP] == 50
     assert all(p is None for p in returned[1::2])
     assert all(p is not None for p in returned[30::2])
-    np.testing.assert_array_equal(predictor.latest.q, messages[-1][1])

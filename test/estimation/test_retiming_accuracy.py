@@ -45,7 +45,7 @@ def acceleration_error(rate, stamps, since):
     errors = []
     truth = motion(t - estimator.delay, 2)
     for i, dt in zip(given, np.diff(stamps[given], prepend=stamps[given[0]])):
-        estimate = estimator.update(dt, q[i], qd[i], None)
+        estimate = estimator.update(dt, q[i], qd[i], None).accelerated
         if t[i] > since and estimate is not None:
             errors.append(estimate.qdd - truth[i])
     return np.sqrt(np.mean(np.square(errors)))

@@ -25,9 +25,10 @@ def play(stamps, samples):
     predictor = PredictorSettings({'arm': 'left', 'stamps': 'header'}).predictor()
     result = np.full((2, *samples[0].shape), np.nan)
     for i, (stamp, *sample) in enumerate(zip(stamps, *samples)):
-        prediction = None if stamp is None else predictor.handle(stamp, names, *sample)
-        if prediction is not None:
-            result[:, i] = prediction.qdd, prediction.residual
+        if stamp is not None:
+            prediction = predictor.handle(stamp, names, *sample).prediction
+            if prediction is not None:
+                result[:, i] = prediction.qdd, prediction.residual
     return result
 
 

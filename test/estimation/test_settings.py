@@ -210,7 +210,7 @@ def test_predictors_of_the_same_settings_are_apart():
     settings = PredictorSettings()
     one, other = settings.predictor(), settings.predictor()
     one.handle(1, one.stream.selector.names, Q, QD, QDD)
-    assert other.latest is None and not other.counts
+    assert other.stream.latest is None and not other.counts
 
 
 @pytest.mark.parametrize('loaded', [False, True])
@@ -226,7 +226,7 @@ def test_methods_agree(loaded, rng):
         q += rng.uniform(-0.01, 0.01, 7)
         names = predictors[0].stream.selector.names
         message = stamp, names, q, rng.normal(size=7), rng.normal(size=7)
-        closed_form, recursive = (predictor.handle(*message) for predictor in predictors)
+        closed_form, recursive = (predictor.handle(*message).prediction for predictor in predictors)
         stamp += 10_000_000
     np.testing.assert_allclose(recursive.tau, closed_form.tau, atol=1e-12)
     np.testing.assert_allclose(recursive.residual, closed_form.residual, atol=1e-12)

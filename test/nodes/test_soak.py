@@ -93,7 +93,7 @@ def test_arbitrary_messages_are_all_counted_and_the_node_still_answers(robot, pr
         robot.publisher.publish(message)
         stamp = stamp_ns(message.header)
         expected.append(handler.handle(stamp, message.name, *map(from_field, (
-            message.position, message.velocity, message.effort))))
+            message.position, message.velocity, message.effort))).prediction)
         robot.spin(0.001)
     expected = [prediction for prediction in expected if prediction is not None]
     robot.until(lambda: len(robot.predicted) >= len(expected))

@@ -20,7 +20,7 @@ def test_publishes_what_the_handler_computes(robot, start_predictor, sine, stamp
     start_predictor('-p', f'arm:={side}', ROS_PYTHON_CHECK_FIELDS=check_fields)
     _, rows = synthetic(sine)
     offline = PredictorSettings({'arm': side}).predictor()
-    expected = [offline.handle(10 ** 18 + k * 10_000_000, joint_names(side), *row)
+    expected = [offline.handle(10 ** 18 + k * 10_000_000, joint_names(side), *row).prediction
                 for k, row in enumerate(rows)]
     expected = {p.stamp_ns: p for p in expected if p is not None}
 

@@ -55,9 +55,8 @@ def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external
     arrivals = bursts(t)
     sent, rows = nanoseconds(arrivals), rows_of(sine, t)
     offline = PredictorSettings().predictor()
-    expected = [prediction.stamp_ns for prediction in (
-        offline.handle(stamp, joint_names('right'), *row) for stamp, row in zip(sent, rows))
-        if prediction is not None]
+    steps = [offline.handle(stamp, joint_names('right'), *row) for stamp, row in zip(sent, rows)]
+    expected = [step.prediction.stamp_ns for step in steps if step.prediction]
     robot.spin(0.3)
     # Faster than the stamps say: the node knows no clock but theirs.
     send(robot, sent, rows, pace=0.004)

@@ -48,7 +48,7 @@ class Recording:
 def reference(values, recording):
     """Return predicted effort and residual as the node's handler gives them one by one."""
     predictor = PredictorSettings(values).predictor()
-    predictions = [predictor.handle(*message[:5]) for message in recording]
+    predictions = [predictor.handle(*message[:5]).prediction for message in recording]
     return [p for p in predictions if p is not None]
 
 

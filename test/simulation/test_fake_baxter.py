@@ -36,7 +36,7 @@ def residuals(robot, seconds, settings=None, side='right'):
     for k in range(1, round(seconds / PERIOD) + 1):
         robot.advance(k * PERIOD)
         prediction = predictor.handle(round(k * PERIOD * 1e9), JOINT_STATE_NAMES,
-                                      *robot.joint_state())
+                                      *robot.joint_state()).prediction
         if prediction is not None:
             result.append(prediction.residual)
     return np.array(result)
