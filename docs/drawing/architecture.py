@@ -16,7 +16,8 @@ PLACES = {
     'cli': (0.0, 7.7, 12.0),
     'report': (1.2, 5.8, 2.6), 'calibration': (4.3, 5.8, 2.4),
     'recordings': (1.2, 3.9, 3.7), 'nodes': (5.9, 3.9, 2.9), 'export': (9.6, 3.9, 2.4),
-    'newton_euler': (0.0, 2.0, 2.3), 'estimation': (2.8, 2.0, 4.8), 'simulation': (8.0, 2.0, 1.95),
+    'newton_euler': (0.0, 2.0, 2.3), 'estimation': (2.8, 2.0, 3.5),
+    'ros1': (6.45, 2.0, 1.4), 'simulation': (8.0, 2.0, 1.95),
     'closed_form': (10.1, 2.0, 1.9),
     'model': (0.0, 0.0, 8.0), 'compiled': (8.75, 0.0, 3.25)}
 HEIGHT = 1.3
