@@ -53,7 +53,7 @@ class Ros1:
 
     def start_master(self):
         """Start a master, and return its process once it answers."""
-        process = self._start(['-c', _MASTER, str(self.port)])
+        process = self.start(['-c', _MASTER, str(self.port)])
         limit = time.monotonic() + 20.0
         while time.monotonic() < limit:
             try:
@@ -65,7 +65,7 @@ class Ros1:
 
     def publish(self, *arguments, address='127.0.0.1'):
         """Start a publisher as rospy_publisher.py takes it; return its process once ready."""
-        process = self._start([str(PUBLISHER), *map(str, arguments)], ROS_HOSTNAME=address)
+        process = self.start([str(PUBLISHER), *map(str, arguments)], ROS_HOSTNAME=address)
         assert process.stdout.readline() == b'ready\n'
         return process
 
@@ -85,9 +85,10 @@ class Ros1:
         process.send_signal(signal.SIGKILL)
         process.wait()
 
-    def _start(self, command, **environment):
+    def start(self, command, stdin=subprocess.DEVNULL, **environment):
+        """Start the system's Python with arguments; return its process."""
         process = subprocess.Popen(
-            [PYTHON, *command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            [PYTHON, *command], stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             env={**_environment(), 'ROS_MASTER_URI': self.uri, 'ROS_HOSTNAME': '127.0.0.1',
                  'ROS_LOG_DIR': self._folder.name, 'ROS_HOME': self._folder.name, **environment})
         self._processes.append(process)

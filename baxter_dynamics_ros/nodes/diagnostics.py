@@ -177,8 +177,9 @@ def _stamps(status: DiagnosticStatus, source: Source) -> None:
         _summarize(status, OK, 'locking')
     _add(status, 'source', clock.source)
     _add(status, 're-timed', clock.retimed)
-    if arm.recent.accepted is not None:
-        _add(status, 'newest stamp [s]', f'{arm.recent.accepted.state.stamp_ns * 1e-9:.3f}')
+    newest = arm.recent.accepted and arm.recent.accepted.state
+    if newest is not None:
+        _add(status, 'newest stamp [s]', f'{newest.stamp_ns * 1e-9:.3f}')
     if clock.retimed and clock.period:
         _add(status, 'period [s]', f'{clock.period:.6f}')
         _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')

@@ -11,13 +11,13 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from . import topics
 from .messages import set_stamp
 from .process import run
-from .ros_parameters import refuse_misspelt
+from .ros_parameters import ParameterNode
+from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
 from ..ros1 import joint_state
 from ..ros1.errors import Ros1Error
@@ -28,26 +28,25 @@ CLOCKS = ('local', 'robot', 'receipt')
 _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
-class JointStateBridge(Node):
+class JointStateBridge(ParameterNode):
     """Republish a ROS 1 robot's joint states in ROS 2; nothing is ever sent to the robot."""
 
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
-        master_uri = self._fixed(
-            'master_uri', os.environ.get('ROS_MASTER_URI', ''),
-            'URI of the ROS 1 master, such as http://011303P0017.local:11311; ROS_MASTER_URI by '
-            'default.')
-        names = self._fixed('topics', [topics.JOINT_STATES],
-                            'Topics of sensor_msgs/JointState to republish.')
-        self._clock_mode = self._fixed(
-            'clock', CLOCKS[0], "Stamps. local: the robot's, shifted to this machine's clock. "
-            "robot: the robot's, untouched. receipt: times of arrival.")
-        refuse_misspelt(self)
+        values = self.declare_settings((
+            Setting('master_uri', os.environ.get('ROS_MASTER_URI', ''),
+                    'URI of the ROS 1 master, such as http://011303P0017.local:11311; '
+                    'ROS_MASTER_URI by default.', read_only=True),
+            Setting('clock', CLOCKS[0], "Stamps. local: the robot's, shifted to this machine's "
+                    "clock. robot: the robot's, untouched. receipt: times of arrival.",
+                    choices=CLOCKS, read_only=True)))
+        names = self.declare_parameter('topics', [topics.JOINT_STATES], ParameterDescriptor(
+            description='Topics of sensor_msgs/JointState to republish.', read_only=True)).value
+        self.accept_changes()
+        master_uri, self._clock_mode = values['master_uri'], values['clock']
         if not master_uri:
             raise ArgumentError('master_uri', "name the robot's master: -p master_uri:="
                                 'http://HOST:11311, or set ROS_MASTER_URI')
-        if self._clock_mode not in CLOCKS:
-            raise ArgumentError('clock', f'expected one of {", ".join(CLOCKS)}')
         self._lock = threading.Lock()
         self._topics = {name: self._publisher(name) for name in names}
         self._diagnostics = self.create_publisher(
@@ -161,11 +160,6 @@ class JointStateBridge(Node):
             pass
         raise ArgumentError('topics', f'{topic!r} is not the full name of a topic, such as '
                             f'{topics.JOINT_STATES}')
-
-    def _fixed(self, name: str, default: Any, description: str) -> Any:
-        """Declare a parameter that is fixed when the node starts, and return its value."""
-        return self.declare_parameter(name, default, ParameterDescriptor(
-            description=description, read_only=True)).value
 
 
 def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:

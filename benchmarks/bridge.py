@@ -1,0 +1,120 @@
+"""
+Measure joint_state_bridge against rospy's own subscriber on the same streams.
+
+A real ROS 1 master and real rospy publishers: two at 100 and 38 Hz as Baxter's, and one at 800 Hz.
+Lost and doubled messages, stamps compared with those that rospy's subscriber got, and latency from
+publishing in ROS 1 to receiving in ROS 2. Run: python benchmarks/bridge.py [--seconds 120]
+"""
+
+import argparse
+import os
+from pathlib import Path
+import subprocess
+import sys
+import time
+
+from baxter_dynamics_ros.cli.processes import NodeProcess
+from baxter_dynamics_ros.nodes.messages import stamp_ns
+from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from usage import processor_time
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
+from ros1_processes import available, MISSING, Ros1  # noqa: E402, I100
+
+TOPIC = '/robot/joint_states'
+ARMS, GRIPPERS = ' '.join(JOINT_STATE_NAMES), 'l_gripper_l_finger_joint l_gripper_r_finger_joint'
+STREAMS = {'100 and 38 Hz': ((100, ARMS), (38, GRIPPERS)), '800 Hz': ((800, ARMS),)}
+SETTLE = 1.0  # [s] at the beginning, in which no latency is counted
+# As this process receives in ROS 2: number, joints, stamp and time of arrival of each message.
+ROSPY = """
+import sys, time, rospy
+from sensor_msgs.msg import JointState
+rows = []
+rospy.init_node('listener', disable_signals=True)
+def take(m):
+    now = time.time_ns()
+    rows.append((int(m.position[0]), len(m.name), m.header.stamp.to_nsec(), now))
+rospy.Subscriber('/robot/joint_states', JointState, take, tcp_nodelay=True)
+print('ready', flush=True)
+sys.stdin.readline()
+for row in rows:
+    print(*row)
+"""
+
+
+def measure(publishers, seconds: float) -> dict:
+    """Run one stream; return what the bridge and what rospy made of it."""
+    rows = []
+    node = Node('listener')
+    node.create_subscription(JointState, TOPIC, lambda message: rows.append((
+        int(message.position[0]), len(message.name), stamp_ns(message.header), time.time_ns())),
+        1000)
+    total = sum(round(rate * seconds) for rate, _ in publishers)
+    with Ros1() as ros1, NodeProcess('joint_state_bridge', [
+            '--ros-args', '-p', f'master_uri:={ros1.uri}', '-p', 'clock:=robot']) as bridge:
+        listener = ros1.start(['-c', ROSPY], stdin=subprocess.PIPE)
+        listener.stdout.readline()
+        _spin(node, lambda: node.count_publishers(TOPIC) and len(
+            ros1.state()[1].get(TOPIC, ())) == 2, 30.0)
+        _spin(node, lambda: False, 1.0)
+        for i, (rate, joints) in enumerate(publishers):
+            ros1.publish('--name', f'robot{i}', '--rate', rate, '--joints', joints, '--count',
+                         round(rate * seconds), '--subscribers', 2)
+        used = processor_time(bridge.pid)
+        _spin(node, lambda: len(rows) >= total, seconds + 10.0)
+        _spin(node, lambda: False, 1.0)  # what comes twice
+        used = processor_time(bridge.pid) - used
+        out, _ = listener.communicate(b'\n', 30.0)
+    node.destroy_node()
+    theirs = [tuple(map(int, line.split())) for line in out.splitlines()]
+    sent = {(k, len(joints.split())) for rate, joints in publishers
+            for k in range(round(rate * seconds))}
+    result = {'CPU [%]': 100 * used / seconds}
+    for name, got in (('bridge', rows), ('rospy', theirs)):
+        keys = [row[:2] for row in got]
+        late = np.array([arrival - stamp for k, n, stamp, arrival in got
+                         if k >= SETTLE * max(rate for rate, _ in publishers)]) * 1e-6
+        result[name] = {'received': len(got), 'lost': len(sent - set(keys)),
+                        'doubled': len(keys) - len(set(keys)), 'median [ms]': np.median(late),
+                        'p99 [ms]': np.percentile(late, 99)}
+    stamps = {row[:2]: row[2] for row in theirs}
+    result['bridge']['other stamps'] = sum(
+        stamps[row[:2]] != row[2] for row in rows if row[:2] in stamps)
+    return result
+
+
+def _spin(node: Node, condition, seconds: float) -> None:
+    limit = time.monotonic() + seconds
+    while not condition() and time.monotonic() < limit:
+        rclpy.spin_once(node, timeout_sec=0.05)
+
+
+def main():
+    """Print one line per stream and subscriber, and the ratios."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--seconds', type=float, default=120.0)
+    options = parser.parse_args()
+    if not available():
+        raise SystemExit(MISSING)
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.setdefault('ROS_DOMAIN_ID', '94')
+    rclpy.init(args=[])
+    for name, publishers in STREAMS.items():
+        result = measure(publishers, options.seconds)
+        for who in ('bridge', 'rospy'):
+            print(f'{name:14}{who:8}' + ', '.join(
+                f'{key} {value:.2f}' if isinstance(value, float) else f'{key} {value}'
+                for key, value in result[who].items()))
+        ratios = [result['bridge'][key] / result['rospy'][key]
+                  for key in ('median [ms]', 'p99 [ms]')]
+        print(f'{name:14}bridge / rospy: median {ratios[0]:.2f}, p99 {ratios[1]:.2f}; the bridge '
+              f'uses {result["CPU [%]"]:.0f} % of a core', flush=True)
+    rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()
