@@ -16,24 +16,24 @@ NAME = PACKAGE.name
 MAY_IMPORT = {
     '__init__': 'model',  # it re-exports the model
     'model': '',
-    'compiled': 'model',
+    'files': 'model',
     'newton_euler': 'model',
     'estimation': 'model',
-    'closed_form': 'model',
-    'export': 'model closed_form',
-    'simulation': 'model',
-    'recordings': 'model estimation newton_euler',
+    'ros1': '',
+    'export': 'model simulation',
+    'simulation': 'model files',
+    'recordings': 'model files estimation newton_euler',
     'calibration': 'model estimation recordings',
-    'report': 'model recordings calibration',
-    'nodes': 'model estimation',
-    'cli': 'model estimation simulation recordings calibration report export nodes',
+    'report': 'model files recordings calibration',
+    'nodes': 'model estimation ros1',
+    'cli': 'model files estimation simulation recordings calibration report export nodes ros1',
 }
 # ... and in functions only, so that the import waits until it is needed.
-MAY_IMPORT_LATE = {'model': 'compiled', 'estimation': 'newton_euler', 'nodes': 'simulation'}
+MAY_IMPORT_LATE = {'estimation': 'newton_euler', 'nodes': 'simulation'}
 # Library -> the parts that may import it.
 CONFINED = {
-    'numba': 'compiled', 'pinocchio': 'newton_euler', 'casadi': 'closed_form',
-    'mujoco': 'simulation', 'rosbags': 'recordings', 'yaml': 'recordings', 'scipy': 'calibration',
+    'pinocchio': 'newton_euler', 'mujoco': 'simulation', 'rosbags': 'recordings',
+    'mcap': 'recordings', 'yaml': 'recordings', 'scipy': 'calibration',
     'jinja2': 'report', 'matplotlib': 'report cli', 'rclpy': 'nodes cli', 'rich': 'cli',
 }
 # Parts that import nothing but themselves, NumPy and the standard library.

@@ -53,9 +53,9 @@ def main(args: argparse.Namespace) -> int:
         for recording in recordings:
             with recording, watched(recording) as played:
                 evaluation = evaluator.evaluate(played)
+                remarks = (Notice('recording', remark) for remark in recording.remarks)
                 evaluations.append(replace(
-                    evaluation, notices=(*(Notice('recording', remark) for remark in recording.remarks),
-                                         *evaluation.notices)))
+                    evaluation, notices=(*remarks, *evaluation.notices)))
                 if writer is not None:
                     settings = PredictorSettings({**values, 'arm': recording.arm})
                     save_predictions(recording, settings, writer, args.node)

@@ -196,6 +196,6 @@ class EffortModel:
 
     def effort(self, tau: Array, q: Array, qd: Array, qdd: Array,
                presliding: Array | None = None) -> Array:
-        """Return the measured effort (..., 7) [N m] for the joint torque tau (..., 7)."""
+        """Return what the robot measures, (..., 7) [N m], for the joint torque tau (..., 7)."""
         result = tau + self.spring(q) + self.other(q, qdd)
         return result + self.friction(qd, presliding) if self.has_friction else result

@@ -8,7 +8,7 @@ from typing import Any
 from baxter_dynamics_ros import JOINTS, mount
 from baxter_dynamics_ros.model.lagrange_euler import transform
 from baxter_dynamics_ros.model.parameters import ArmParameters
-from baxter_dynamics_ros.simulation.trajectories import PERIODS, HandTrajectory
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory, PERIODS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np

@@ -4,7 +4,7 @@ from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.wrench import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
 from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.model.parameters import paper_parameters
-from baxter_dynamics_ros.simulation.trajectories import PERIODS, HandTrajectory
+from baxter_dynamics_ros.simulation.trajectories import HandTrajectory, PERIODS
 import numpy as np
 import pytest
 

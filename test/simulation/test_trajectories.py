@@ -9,7 +9,7 @@ pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.trajectories import (  # noqa: E402
-    MIRROR, PERIODS, RAMP, HandTrajectory, TRAJECTORIES)
+    HandTrajectory, MIRROR, PERIODS, RAMP, TRAJECTORIES)
 
 PERIOD = 0.01  # [s]
 MOVING = sorted(PERIODS)
