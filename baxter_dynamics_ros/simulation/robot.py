@@ -104,7 +104,7 @@ class FakeBaxter:
 
     @property
     def time(self) -> float:
-        """Simulated time since the start [s]."""
+        """Time since the start of the simulation [s]."""
         return self._steps * TIMESTEP
 
     @property
