@@ -1,6 +1,7 @@
 """The extension compiles without warnings, and extreme inputs pass the compilers' sanitizers."""
 
 import os
+from pathlib import Path
 import shutil
 import subprocess
 import sys
@@ -88,3 +89,16 @@ def test_extreme_inputs_under_sanitizers(tmp_path):
     functions = _closed_form.FUNCTIONS.values()
     each = sum(2 * 6 * (1 + len(inputs)) + 6 + 1 for inputs, _ in functions)
     assert refused == targets * each
+
+
+def test_without_a_compiler_the_build_says_so_in_one_line(tmp_path):
+    repository = Path(SOURCE).parents[2]
+    done = subprocess.run(
+        [sys.executable, 'setup.py', '-q', 'build_ext', '-b', str(tmp_path), '-t', str(tmp_path)],
+        cwd=repository, text=True, capture_output=True, timeout=60,
+        env={**os.environ, 'CC': 'false', 'CXX': 'false'})
+    assert done.returncode == 0, done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith('baxter_dynamics_ros')]
+    assert line.startswith('baxter_dynamics_ros: the compiled engine was not built (')
+    assert line.endswith('); Python computes instead')
+    assert not list(tmp_path.rglob('*.so'))
