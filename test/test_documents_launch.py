@@ -77,7 +77,8 @@ def test_a_simulated_robot_has_simulated_time_and_no_springs():
     (command,) = nodes(REPOSITORY / 'launch' / 'torque_predictor.launch.xml', {
         'simulation': 'true', 'joint_states': '/joint_states', 'arm': 'left'})
     assert str(REPOSITORY / 'config' / 'simulation.yaml') in command
-    assert {'use_sim_time:=true', 'arm:=left', '/robot/joint_states:=/joint_states'} <= set(command)
+    assert {'use_sim_time:=true', 'arm:=left',
+            '/robot/joint_states:=/joint_states'} <= set(command)
 
 
 def test_both_arms_have_a_parameter_file():

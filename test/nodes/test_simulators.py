@@ -18,7 +18,7 @@ SIMULATED = Path(__file__).parents[2] / 'config' / 'simulation.yaml'
 
 @pytest.fixture
 def simulator(robot):
-    """Return a function that plays times t [s] of a motion: effort 'nan', 'absent' or 'present'."""
+    """Return a function that plays a motion at times t [s]; effort nan, absent or present."""
     publisher = robot.create_publisher(JointState, '/joint_states', 1000)
     clock = robot.create_publisher(Clock, '/clock', 10)
     arm = PredictorSettings().arm
@@ -32,7 +32,8 @@ def simulator(robot):
             for values in (q, qd, tau):
                 of = dict(zip(joint_names('right'), values))
                 rows.append([float(of.get(name, 0.1)) for name in NAMES])
-            rows[2] = {'nan': [float('nan')] * len(NAMES), 'absent': [], 'present': rows[2]}[effort]
+            rows[2] = {'nan': [float('nan')] * len(NAMES), 'absent': [],
+                       'present': rows[2]}[effort]
             message = JointState(name=NAMES, position=rows[0], velocity=rows[1], effort=rows[2])
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10 ** 9)
             tick = Clock()
@@ -50,8 +51,8 @@ def simulator(robot):
     'absent', 'present'])
 def test_predictions_in_simulated_time_and_again_after_a_reset_of_the_world(
         robot, start, simulator, sine, stamps, effort):
-    process = start('torque_predictor', '--params-file', str(SIMULATED), '-p', 'use_sim_time:=true',
-                    '-r', '/robot/joint_states:=/joint_states',
+    process = start('torque_predictor', '--params-file', str(SIMULATED),
+                    '-p', 'use_sim_time:=true', '-r', '/robot/joint_states:=/joint_states',
                     '-p', 'qos_overrides./joint_states.subscription.reliability:=reliable',
                     '-p', 'qos_overrides./joint_states.subscription.depth:=1000')
     robot.until(lambda: simulator.publisher.get_subscription_count() > 0
