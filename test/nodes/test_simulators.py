@@ -18,7 +18,7 @@ SIMULATED = Path(__file__).parents[2] / 'config' / 'simulation.yaml'
 
 @pytest.fixture
 def simulator(robot):
-    """Return a function that plays a motion at times t [s]: effort nan, absent or present."""
+    """Return a function that plays a motion at times t [s]; effort nan, absent or present."""
     publisher = robot.create_publisher(JointState, '/joint_states', 1000)
     clock = robot.create_publisher(Clock, '/clock', 10)
     arm = PredictorSettings().arm
@@ -52,8 +52,7 @@ def simulator(robot):
 def test_predictions_in_simulated_time_and_again_after_a_reset_of_the_world(
         robot, start, simulator, sine, stamps, effort):
     process = start('torque_predictor', '--params-file', str(SIMULATED),
-                    '-p', 'use_sim_time:=true',
-                    '-r', '/robot/joint_states:=/joint_states',
+                    '-p', 'use_sim_time:=true', '-r', '/robot/joint_states:=/joint_states',
                     '-p', 'qos_overrides./joint_states.subscription.reliability:=reliable',
                     '-p', 'qos_overrides./joint_states.subscription.depth:=1000')
     robot.until(lambda: simulator.publisher.get_subscription_count() > 0
