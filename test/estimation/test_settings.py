@@ -219,7 +219,8 @@ def test_methods_agree(loaded, rng):
         q += rng.uniform(-0.01, 0.01, 7)
         names = predictors[0].stream.intake.names
         message = stamp, names, q, rng.normal(size=7), rng.normal(size=7)
-        closed_form, recursive = (predictor.handle(*message).prediction for predictor in predictors)
+        closed_form, recursive = (
+            predictor.handle(*message).prediction for predictor in predictors)
         stamp += 10_000_000
     np.testing.assert_allclose(recursive.tau, closed_form.tau, atol=1e-12)
     np.testing.assert_allclose(recursive.residual, closed_form.residual, atol=1e-12)
