@@ -131,8 +131,8 @@ def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
 
 @pytest.mark.parametrize('change', [
     {'payload.mass': 0.2}, {'base.roll': 0.05}, {'effort_model.bias': [0.5] * 7},
-    {'external_effort.gain': 5.0},
-    {'contact.sigmas': 4.0}, {'acceleration.cutoff': 4.0}, {'acceleration.velocity_lag': 0.03}],
+    {'external_effort.gain': 5.0}, {'contact.sigmas': 4.0}, {'acceleration.cutoff': 4.0},
+    {'acceleration.velocity_lag': 0.03}],
     ids=str)
 def test_a_changed_setting_keeps_what_the_contact_detector_has_learned(change):
     settings, new = PredictorSettings(), PredictorSettings(change)
