@@ -37,7 +37,7 @@ SAYS = {
     'input': 'joint states arrive on {topic}',
     'no publisher': '{topic} has no publisher',
     'other type': '{topic} is published as {types}; this node needs sensor_msgs/msg/JointState',
-    'no messages': 'no joint states received from {count} publishers of {topic}',
+    'no messages': 'no joint states received on {topic}; publishers: {count}',
     'no names': 'joint states on {topic} have no joint names; looking for {wanted}',
     'other names': 'joint states on {topic} name {seen}; looking for {wanted} (parameters arm and '
                    'joint_prefix)',

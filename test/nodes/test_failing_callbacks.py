@@ -77,6 +77,6 @@ def test_a_name_that_is_no_text_costs_one_message(robot, predictor, sine):
 
 def test_missing_input_is_one_warning(robot, start):
     process = start('torque_predictor')
-    robot.until(lambda: 'no joint states of the right arm' in process.output)
+    robot.until(lambda: 'no joint states received' in process.output)
     robot.spin(2.0)
     assert process.output.count('[WARN]') == 1, process.output

@@ -64,7 +64,7 @@ def test_other_messages_on_the_topic_do_no_harm(robot, predictor, sine):
         stamp = 10 ** 18 + k * 10_000_000
         robot.send(stamp, ['r_gripper_l_finger_joint'], [0.0], [0.0], [0.0])
         robot.send(stamp, names, nan, row[1], row[2])
-        robot.send(stamp, names, row[0], nan, row[2])
+        robot.send(stamp, names, row[0], np.full(7, np.inf), row[2])
         robot.send(stamp, names[:6], row[0][:6], row[1][:6], row[2][:6])
         robot.send(stamp, names, row[0][:5])
         robot.send(stamp, [], [])
@@ -127,8 +127,7 @@ def test_a_gap_and_a_reset_make_the_filter_settle_anew(robot, predictor, sine, s
 def test_diagnostics_say_that_nothing_arrives_and_what_to_do(robot, predictor):
     level, message, values = robot.report()['input']
     assert level == b'\x03'  # STALE
-    assert 'no joint states of the right arm on /robot/joint_states' in message
-    assert 'bridge' in message
+    assert message == 'no joint states received on /robot/joint_states; publishers: 1'
     assert values['rate [Hz]'] == '0.0'
 
 
@@ -148,8 +147,8 @@ def test_diagnostics_of_a_healthy_stream(robot, predictor, sine):
 
 
 @pytest.mark.parametrize('spoil, reason', [
-    (lambda row: (np.degrees(row[0]), row[1], row[2]), 'are they in rad'),
-    (lambda row: (row[0] * np.nan, row[1], row[2]), 'NaN or infinity'),
+    (lambda row: (np.degrees(row[0]), row[1], row[2]), 'must be rad, rad/s and N m'),
+    (lambda row: (row[0] * np.nan, row[1], row[2]), 'NaN positions'),
 ], ids=['degrees', 'NaN'])
 def test_diagnostics_name_what_is_wrong_with_all_messages(robot, predictor, sine, spoil, reason):
     _, rows = synthetic(sine, seconds=3.0)
@@ -160,33 +159,3 @@ def test_diagnostics_name_what_is_wrong_with_all_messages(robot, predictor, sine
     assert status['torque_predictor: effort'].level == b'\x03'  # STALE
     assert 'valid' not in status['torque_predictor: effort'].message
     assert reason in predictor.output
-
-
-def test_diagnostics_ask_for_the_other_arm(robot, predictor, sine):
-    _, rows = synthetic(sine, seconds=2.5)
-    for k, (q, qd, effort) in enumerate(rows):
-        robot.send(10 ** 18 + k * 10_000_000, joint_names('left'), q, qd, effort)
-        robot.spin(0.01)
-    message = {s.name: s for s in robot.diagnostics[-1].status}['torque_predictor: input'].message
-    assert 'parameter arm' in message
-
-
-def test_stamps_that_stand_still_are_reported(robot, predictor, sine):
-    _, rows = synthetic(sine, seconds=5.0)
-    for row in rows:
-        robot.send_arm(10 ** 18, *row)
-        robot.spin(0.01)
-    assert robot.predicted == []
-    status = {s.name: s for s in robot.diagnostics[-1].status}
-    assert 'stamps are times of arrival of no even period' in status[
-        'torque_predictor: stamps'].message
-    assert status['torque_predictor: filter'].level == b'\x01'  # WARN
-    assert 'never settles' in status['torque_predictor: filter'].message
-
-
-def test_a_rate_too_low_for_the_cut_off_is_reported(robot, start_predictor, sine):
-    start_predictor('-p', 'acceleration.cutoff:=40.0')
-    _, rows = synthetic(sine, seconds=4.0)
-    robot.stream(rows)
-    status = {s.name: s for s in robot.diagnostics[-1].status}
-    assert 'acceleration.cutoff' in status['torque_predictor: filter'].message

@@ -61,14 +61,14 @@ def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external
     # Faster than the stamps say: the node knows no clock but theirs.
     send(robot, sent, rows, pace=0.004)
     level, message, values = last_report(robot)['stamps']
-    assert (level, message) == (b'\x00', 'stamps are times of arrival, and are re-timed')
+    assert (level, message) == (b'\x00', 'header stamps are times of arrival: re-timed')
     assert values['re-timed'] == 'True'
     assert float(values['period [s]']) == pytest.approx(0.01, rel=0.05)
     assert 0.01 < float(values['jitter of arrival [s]']) < 0.04
     assert float(values['delay of predictions [s]']) == pytest.approx(DELAY, abs=1e-4)
     assert float(values['delay of external effort [s]']) == pytest.approx(0.014, abs=1e-4)
     assert last_report(robot)['filter'][2]['reset_stamp_source'] == '1'
-    assert 'stamps are times of arrival and are re-timed from here on' in predictor.output
+    assert 'the source of stamps changed' in predictor.output
 
     robot.until(lambda: len(robot.residual) == len(robot.predicted) == len(expected))
     assert stamps(robot.predicted) == stamps(robot.residual) == expected
@@ -96,7 +96,7 @@ def test_zero_stamps_become_the_time_of_arrival(robot, predictor, external, sine
     assert stamps(robot.predicted)[-1] > end - 2 * 10 ** 9
     level, message, values = last_report(robot)['input']
     assert level == b'\x01'  # WARN
-    assert 'the stamps are not filled in' in message
+    assert 'header stamps are zero' in message
     assert int(values['unstamped']) == int(values['received']) > 200
 
 
@@ -134,7 +134,7 @@ def test_simulated_time_pauses(robot, start_predictor, external, sine, stamps):
     assert np.abs([m.effort for m in robot.residual][40:]).max() < 0.15
     report = last_report(robot)
     level, message, values = report['stamps']
-    assert (level, message) == (b'\x00', 'stamps are believed')
+    assert (level, message) == (b'\x00', 'using header stamps')
     assert float(values['delay of predictions [s]']) == pytest.approx(DELAY, abs=1e-4)
     assert float(values['delay of external effort [s]']) == pytest.approx(0.014, abs=1e-4)
     assert {count for key, count in report['filter'][2].items() if 'reset' in key} == {'0'}
