@@ -20,7 +20,7 @@ class Series(NamedTuple):
     cosine: Array  # (7, k) amplitudes [rad]
 
 
-# The right arm's: what search(seed=2, evaluations=10_000) of ``tools/excitation_search.py`` returned
+# The right arm's: the result of search(seed=2, evaluations=10_000) of tools/excitation_search.py
 # after four minutes, rounded.
 SERIES = Series(
     center=np.array([-0.034, -0.445, 0.027, 1.320, 0.156, 0.299, -0.231]),
