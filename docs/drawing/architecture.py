@@ -17,7 +17,7 @@ PLACES = {
     'report': (1.2, 5.8, 2.6), 'calibration': (4.3, 5.8, 2.4),
     'recordings': (1.2, 3.9, 3.7), 'nodes': (5.9, 3.9, 2.9), 'export': (9.6, 3.9, 2.4),
     'newton_euler': (0.0, 2.0, 2.3), 'estimation': (2.8, 2.0, 4.8), 'simulation': (8.0, 2.0, 4.0),
-    'model': (0.0, 0.0, 12.0)}
+    'model': (0.0, 0.0, 8.0), 'files': (8.75, 0.0, 3.25)}
 HEIGHT = 1.3
 FACE, NUMPY_ALONE, EDGE = '#eef2f7', '#dcefe0', '#4a5a6a'
 CAPTION = ('An arrow: imports. Dashed: late, when asked. Not drawn: all rooms import core, cli '
