@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-CHECKED = ('baxter_dynamics_ros', 'test', 'benchmarks', 'docs', 'examples', 'setup.py',
+CHECKED = ('baxter_dynamics_ros', 'tools', 'test', 'benchmarks', 'docs', 'examples', 'setup.py',
            'conftest.py')
 
 

@@ -20,7 +20,7 @@ _compiled = pytest.importorskip(
 EXACT = {'rtol': 0.0, 'atol': 1e-12}
 ARGUMENTS = {name: 1 + len(inputs) for name, (inputs, _) in FUNCTIONS.items()}
 ENGINES = ('compiled', 'python')
-SLOTS = [0, 1, 2, 15, 16, 17, 512, 513, closed_form._BLOCK + 5]
+BATCH_SIZES = [0, 1, 2, 15, 16, 17, 512, 513, closed_form._BLOCK + 5]
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def test_engines_agree_on_one_state_and_on_batches(both, random_states, name):
 
 
 @pytest.mark.parametrize('target', _compiled.TARGETS)
-@pytest.mark.parametrize('n', SLOTS)
+@pytest.mark.parametrize('n', BATCH_SIZES)
 def test_batches_of_any_size_on_each_instruction_set(n, target, random_states):
     states, arm = random_states(n), BaxterArm(engine='python')
     function = _compiled.function(
