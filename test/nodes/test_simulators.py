@@ -63,7 +63,9 @@ def test_predictions_in_simulated_time_and_again_after_a_reset_of_the_world(
         robot.predicted.clear()
         robot.residual.clear()
         simulator(sine, t, effort)
-        robot.until(lambda: len(robot.predicted) > 240, 5.0)
+        robot.until(lambda: robot.predicted and stamps(robot.predicted[-1:])[0] > 2.9e9, 5.0)
+        robot.spin(0.5)  # the residuals, and what should not come
+        assert len(robot.predicted) > 240
         when = np.array(stamps(robot.predicted)) * 1e-9
         assert 0.0 < when[0] < 0.6 and (np.diff(when) > 0.0).all() and when[-1] > 2.8
         q, _, _ = sine(when)
