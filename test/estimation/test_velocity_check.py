@@ -1,0 +1,75 @@
+"""Measured velocity against positions: zero, frozen, other units, and real recordings."""
+
+from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.estimation.velocity_check import VelocityCheck
+from baxter_dynamics_ros.model.joints import joint_names
+import numpy as np
+from perfect_robot import measured
+import pytest
+
+RIGHT = joint_names('right')
+START = 10 ** 18  # [ns]
+PERIOD = 0.01  # [s]
+T = np.arange(0.0, 14.0, PERIOD)
+WRONG = {'zero': lambda qd: 0.0 * qd, 'frozen': lambda qd: 0.0 * qd + 0.3,
+         'rpm': lambda qd: qd * 30 / np.pi}
+
+
+def play(spoil, until=len(T)):
+    """Play a perfect robot, with velocity spoilt in the first messages."""
+    predictor = PredictorSettings().predictor(external=True)
+    made = []
+    for k, (q, qd, effort) in enumerate(zip(*measured(PredictorSettings(), T))):
+        made.append((predictor.handle(START + k * 10_000_000, RIGHT, q,
+                                      spoil(qd) if k < until else qd, effort),
+                     predictor.external.latest))
+    return predictor, made
+
+
+@pytest.mark.parametrize('spoil', WRONG.values(), ids=WRONG.keys())
+def test_slope_of_positions_replaces_wrong_velocity(spoil):
+    predictor, made = play(spoil)
+    counts = predictor.counts
+    assert counts[Event.VELOCITY_MISMATCH] > len(T) - 150
+    assert counts[Event.RESET_VELOCITY_SOURCE] == 1
+    mismatch = predictor.stream.velocity_check.mismatch
+    assert abs(mismatch.moved - mismatch.integrated) > 0.05
+    residuals = [prediction.residual for prediction, _ in made[300:]]
+    assert np.abs(residuals).max() < 0.5
+    assert not any(external.contact for _, external in made[300:])
+
+
+def test_measured_velocity_is_used_again_when_it_agrees():
+    predictor, made = play(WRONG['zero'], until=600)
+    assert predictor.counts[Event.RESET_VELOCITY_SOURCE] == 2
+    assert predictor.stream.velocity_check.mismatch is None
+    assert predictor.latest.qd is not None and predictor.delay == pytest.approx(0.059, abs=1e-3)
+
+
+def test_frozen_positions_are_reported():
+    predictor = PredictorSettings().predictor()
+    for k in range(200):
+        predictor.handle(START + k * 10_000_000, RIGHT, np.zeros(7), np.full(7, 0.3),
+                         np.full(7, 1.0 + 0.01 * (k % 3)))
+    assert predictor.counts[Event.POSITION_FROZEN] > 100
+    assert predictor.counts[Event.VELOCITY_MISMATCH] == 0
+
+
+def test_an_arm_at_rest_agrees():
+    check = VelocityCheck()
+    random = np.random.default_rng(0)
+    assert all(check.update(PERIOD, np.zeros(7), random.normal(0.0, 0.013, 7))
+               for _ in range(3000))
+    assert check.mismatch is None
+
+
+@pytest.mark.parametrize('name', ['left_arm_tracking', 'point_to_point'])
+def test_real_velocity_agrees(recordings, name):
+    data = np.load(recordings / f'baxter_{name}.npz')
+    check, last = VelocityCheck(), None
+    for q, qd, recording in zip(data['position'], data['velocity'], data['recording']):
+        if recording != last:
+            check.restart()
+        last = recording
+        assert check.update(float(data['period']), q, qd)
