@@ -17,7 +17,8 @@ from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
 
 NO_SUCH = 'no such parameter'
-_PER_SECOND = 200  # parameters set or refused; more would delay joint states
+_AT_ONCE = 100  # changes of parameters in one request; more would delay joint states
+_PER_SECOND = 100  # further ones
 
 
 class ParameterNode(Node):
@@ -43,7 +44,8 @@ class ParameterNode(Node):
         super().__init__(name)
         self.values: dict[str, Any] = {}
         self._settings: dict[str, Setting] = {}
-        self._second, self._requested = time.monotonic(), 0
+        self._allowed = float(_AT_ONCE)  # changes left
+        self._changed_at = time.monotonic()
         self._accepted: Any = None  # what build() returned of the values accepted last
 
     def build(self, values: dict[str, Any]) -> Any:
@@ -97,18 +99,22 @@ class ParameterNode(Node):
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters as rclpy does, but name the parameter that is refused and the reason."""
-        if time.monotonic() - self._second > 1.0:
-            self._second, self._requested = time.monotonic(), 0
-        self._requested += len(parameter_list)
-        if self._requested > _PER_SECOND:
-            return SetParametersResult(successful=False, reason=(
-                f'too many parameters: at most {_PER_SECOND} are set per second'))
         try:
             for parameter in parameter_list:
                 self._refuse(parameter)
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        return super().set_parameters_atomically(parameter_list)
+        # Only the time between changes counts: within one request, which blocks the node, no
+        # further changes are allowed.
+        idle = time.monotonic() - self._changed_at
+        self._allowed = min(self._allowed + _PER_SECOND * idle, _AT_ONCE)
+        if self._allowed < 1.0:
+            return SetParametersResult(successful=False, reason=(
+                f'too many changes: at most {_AT_ONCE} at once and {_PER_SECOND} per second'))
+        self._allowed -= 1.0
+        result = super().set_parameters_atomically(parameter_list)
+        self._changed_at = time.monotonic()
+        return result
 
     def _refuse(self, parameter: Parameter) -> None:
         """Raise ArgumentError if a parameter cannot be set to such a value at all."""

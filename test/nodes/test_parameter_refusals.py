@@ -19,7 +19,8 @@ def bad_values(setting) -> list:
     if isinstance(default, bool):
         return [1, 1.0, 'magic', [True], []]
     if isinstance(default, str):
-        return [True, 1, 1.0, 'magic', default.upper(), [default], []]
+        wrong = ['magic', default.upper()] if setting.choices else []
+        return [True, 1, 1.0, *wrong, [default], []]
     if isinstance(default, int):
         return [lower - 1, upper + 1, 2 ** 62, True, float(lower), math.nan, 'magic', [lower], []]
     margin = 1e-3 * (upper - lower)
@@ -48,7 +49,7 @@ def expected(setting) -> str:
     if isinstance(default, bool):
         return 'true or false'
     if isinstance(default, str):
-        return ', '.join(setting.choices)
+        return ', '.join(setting.choices) or 'text'
     if isinstance(default, tuple):
         return str(len(default))
     return 'whole number' if isinstance(default, int) else 'decimal point'
