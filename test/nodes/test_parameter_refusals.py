@@ -126,7 +126,7 @@ def test_a_process_that_is_refused_a_value_ends(refuses, argument, problem):
 def test_another_nodes_parameter_is_logged_and_a_plain_argument_refused(robot, start):
     process = start('torque_predictor', '-p', 'camera_frame:=wrist')
     robot.wait_for_node()
-    assert 'camera_frame is given, but this node has none' in process.output
+    robot.until(lambda: 'camera_frame is given, but this node has none' in process.output)
     with NodeProcess('torque_predictor', ['--arm', 'left']) as process:
         assert process.wait(20.0) == 2
         assert 'unrecognized arguments: --arm left' in process.output
