@@ -18,6 +18,8 @@ def bad_values(setting) -> list:
     default, lower, upper = setting.default, setting.lower, setting.upper
     if isinstance(default, bool):
         return [1, 1.0, 'magic', [True], []]
+    if isinstance(default, str) and not setting.choices:
+        return [True, 1, 1.0]
     if isinstance(default, str):
         return [True, 1, 1.0, 'magic', default.upper(), [default], []]
     if isinstance(default, int):
@@ -48,7 +50,7 @@ def expected(setting) -> str:
     if isinstance(default, bool):
         return 'true or false'
     if isinstance(default, str):
-        return ', '.join(setting.choices)
+        return ', '.join(setting.choices) or 'text'
     if isinstance(default, tuple):
         return str(len(default))
     return 'whole number' if isinstance(default, int) else 'decimal point'
