@@ -1,4 +1,4 @@
-"""ROS 2 node that republishes joint states of a ROS 1 robot."""
+"""The node that brings a ROS 1 robot's joint states to ROS 2; it can only subscribe there."""
 
 import os
 import sys
@@ -28,7 +28,7 @@ _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
 class JointStateBridge(ParameterNode):
-    """Republish joint states of a ROS 1 robot in ROS 2; the robot is only read."""
+    """Republish a ROS 1 robot's joint states in ROS 2; nothing is ever sent to the robot."""
 
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
@@ -56,7 +56,7 @@ class JointStateBridge(ParameterNode):
         except Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
         self._reported_at = time.monotonic()
-        self._reported: dict[str, str] = {}  # last message of each status
+        self._reported: dict[str, str] = {}  # status name -> message, to log changes
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
@@ -69,7 +69,7 @@ class JointStateBridge(ParameterNode):
 
     def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,
                         arrival_ns: int) -> None:
-        """Publish a joint state; called from one thread per publisher."""
+        """Publish a joint state; one thread a publisher calls."""
         message = JointState(name=state.name, position=state.position, velocity=state.velocity,
                              effort=state.effort)
         message.header.frame_id = state.frame_id
@@ -120,15 +120,15 @@ class JointStateBridge(ParameterNode):
         problems = self._subscriber.problems(topic)
         others = self.count_publishers(topic) - 1
         status = DiagnosticStatus(name=topic, level=DiagnosticStatus.OK,
-                                  message=f'receiving {topic}')
+                                  message=f'joint states of {topic} arrive')
         if problems or silent:
             status.level = DiagnosticStatus.ERROR if silent else DiagnosticStatus.WARN
             status.message = '; '.join(dict.fromkeys(map(str, problems))) or (
                 f'waiting for {topic}')
         elif others > 0:
             status.level = DiagnosticStatus.WARN
-            status.message = (f'{topic} has other publishers in ROS 2 ({others}): joint states '
-                              'may arrive twice; is another bridge running?')
+            status.message = (f'{others} more publish {topic} in ROS 2: joint states may come '
+                              'twice; is another bridge running?')
         _add(status, {'publishers': len(self._subscriber.connections(topic)),
                       'other publishers in ROS 2': others})
         for source in sources:

@@ -17,8 +17,9 @@ from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
 
 NO_SUCH = 'no such parameter'
-_AT_ONCE = 100  # changes of parameters in one request; more would delay joint states
-_PER_SECOND = 100  # further ones
+# A change builds a model, which delays joint states: changes allowed at once, and per second.
+_CHANGES = 100.0
+_CHANGES_PER_SECOND = 20.0
 
 
 class ParameterNode(Node):
@@ -44,8 +45,7 @@ class ParameterNode(Node):
         super().__init__(name)
         self.values: dict[str, Any] = {}
         self._settings: dict[str, Setting] = {}
-        self._allowed = float(_AT_ONCE)  # changes left
-        self._changed_at = time.monotonic()
+        self._allowed, self._asked_at = _CHANGES, time.monotonic()
         self._accepted: Any = None  # what build() returned of the values accepted last
 
     def build(self, values: dict[str, Any]) -> Any:
@@ -104,17 +104,22 @@ class ParameterNode(Node):
                 self._refuse(parameter)
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        # Only the time between changes counts: within one request, which blocks the node, no
-        # further changes are allowed.
-        idle = time.monotonic() - self._changed_at
-        self._allowed = min(self._allowed + _PER_SECOND * idle, _AT_ONCE)
-        if self._allowed < 1.0:
+        if not self._has_allowance():
             return SetParametersResult(successful=False, reason=(
-                f'too many changes: at most {_AT_ONCE} at once and {_PER_SECOND} per second'))
+                f'too many changes: at most {_CHANGES:g} at once and {_CHANGES_PER_SECOND:g} per '
+                'second; set_parameters_atomically sets several as one change'))
+        return super().set_parameters_atomically(parameter_list)
+
+    def _has_allowance(self) -> bool:
+        """Return whether another change is allowed now, and deduct it."""
+        now = time.monotonic()
+        self._allowed = min(_CHANGES, self._allowed + _CHANGES_PER_SECOND * (
+            now - self._asked_at))
+        self._asked_at = now
+        if self._allowed < 1.0:
+            return False
         self._allowed -= 1.0
-        result = super().set_parameters_atomically(parameter_list)
-        self._changed_at = time.monotonic()
-        return result
+        return True
 
     def _refuse(self, parameter: Parameter) -> None:
         """Raise ArgumentError if a parameter cannot be set to such a value at all."""

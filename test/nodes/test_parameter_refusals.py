@@ -18,6 +18,8 @@ def bad_values(setting) -> list:
     default, lower, upper = setting.default, setting.lower, setting.upper
     if isinstance(default, bool):
         return [1, 1.0, 'magic', [True], []]
+    if isinstance(default, str) and not setting.choices:
+        return [True, 1, 1.0]
     if isinstance(default, str):
         wrong = ['magic', default.upper()] if setting.choices else []
         return [True, 1, 1.0, *wrong, [default], []]
