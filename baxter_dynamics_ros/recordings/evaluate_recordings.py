@@ -127,7 +127,7 @@ class _Run:
             [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
         there = np.isfinite(measured[:, 0])
         self._checker.add(time[there], np.stack([q, qd, qdd, measured], axis=1)[there],
-                          block.q[there], block.qd[there])
+                          block.q[there], block.measured_qd[there])
         self._residuals.add(time[there], (measured - prediction.effort)[there], q[there])
         return prediction
 

@@ -37,7 +37,8 @@ class Block(NamedTuple):
     received_ns: Indices  # (n,) when the newest message was recorded [ns]
     estimate: Estimate  # arrays (n, 7); NaN where no effort was measured
     q: Array  # (n, 7) newest position [rad]
-    qd: Array  # (n, 7) newest velocity [rad/s]; NaN where none was measured
+    qd: Array  # (n, 7) newest usable velocity [rad/s]; NaN where there is none
+    measured_qd: Array  # (n, 7) newest velocity, even if the positions contradict it [rad/s]
     effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
     first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
 
@@ -86,6 +87,7 @@ def _stacked(rows: list[_Row]) -> Block:
         np.array(received),
         Estimate(np.array(stamp), *map(_array, (q, qd, qdd, measured, presliding))),
         _array([state.q for state in newest]), velocity,
+        _array([state.measured_qd for state in newest]),
         _array([state.effort for state in newest]), difference)
 
 
