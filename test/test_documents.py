@@ -166,7 +166,7 @@ def test_events_and_diagnostics_are_documented():
     for event in Event:
         assert f'`{event.value}`' in ALL, event
     rows = {name for name, _ in table_rows()}
-    for message in (*diagnostics.SAYS.values(), *REMEDIES.values()):
+    for message in (*diagnostics.MESSAGES.values(), *REMEDIES.values()):
         message = re.sub(r'^; ', '…; ', re.sub(r'\{[^}]*\}', '…', message))
         assert message in rows, message
 
