@@ -9,7 +9,7 @@ casadi = pytest.importorskip('casadi', reason='needed to derive the closed form:
                              'pip install casadi')
 from tools.closed_form.derivation import program_of, trace  # noqa: E402, I100
 from tools.closed_form.quantities import QUANTITIES  # noqa: E402
-from tools.closed_form.source import assignments  # noqa: E402
+from tools.closed_form.infix import assignments  # noqa: E402
 
 x, y, z, w = SYMBOLS = [casadi.SX.sym(name) for name in 'xyzw']
 
