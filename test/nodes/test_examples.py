@@ -118,11 +118,6 @@ def test_gravity_compensation_holds_the_arm(start):
     assert max(map(abs, drift.values())) < 50.0  # mrad; it falls faster, see below
 
 
-def test_without_its_torques_the_arm_falls(start):
-    drift = moved(start('gravity_compensation', '--limp', '--duration', '0.6').finish())
-    assert max(map(abs, drift.values())) > 50.0  # mrad
-
-
 def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predictor):
     warning = start('contact_warning')
     push = start('push', '--after', '1.0', '--duration', '30.0')
@@ -152,3 +147,8 @@ def test_a_payload_is_found_from_three_postures(finding_a_payload):
     np.testing.assert_allclose([mass, x, y, z], LOAD, atol=0.02)
     assert f'payload.mass {mass:.3f}' in text
     assert f'payload.center_of_mass "[{x}, {y}, {z}]"' in text
+
+
+def test_without_its_torques_the_arm_falls(start):
+    drift = moved(start('gravity_compensation', '--limp', '--duration', '0.6').finish())
+    assert max(map(abs, drift.values())) > 50.0  # mrad
