@@ -19,6 +19,7 @@ USUAL_LAG = 0.014  # of Baxter's velocity [s]
 _ROWS = 4000  # most samples that are kept, evenly spaced
 _SHORTEST = 5.0  # duration below which nothing is judged [s]
 _KNOWN = 0.25  # largest standard deviation of a gain that is judged
+_ACCELERATES = 0.3  # standard deviation of an acceleration that is not just noise [rad/s^2]
 _LOAD_BEARING = slice(0, 4)  # s0, s1, e0, e1: a gripper multiplies the small torques of the wrist
 _MOVED_COST = 1.0  # log of variance that each exchanged joint must save
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
@@ -187,7 +188,8 @@ def _gains(data: _Data, joint: int) -> Array:
         return result
     columns = [data.inertial[:, joint], data.gravity[:, joint], data.spring[:, joint],
                np.tanh(data.qd[:, joint] / _SLIDING)]
-    used = [k for k, column in enumerate(columns) if column.std() > 1e-6]
+    used = [k for k, column in enumerate(columns) if column.std() > 1e-6
+            and (k > 0 or data.qdd[:, joint].std() > _ACCELERATES)]
     x = np.stack([np.ones(len(data.q)), *(columns[k] for k in used)], axis=1)
     solution = np.linalg.lstsq(x, data.measured[:, joint], rcond=None)[0]
     left = data.measured[:, joint] - x @ solution
