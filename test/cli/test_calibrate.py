@@ -108,7 +108,7 @@ def test_what_is_refused_is_one_line_and_nothing_is_written(
     (1200, {'effort': ()}, '1200 of 1200 joint states have no valid effort ('),
     (1200, {'velocity': np.zeros(7), 'position': np.full(7, 0.5)},
      'no joint moves faster than 0.000 rad/s: record a motion that turns every joint round'),
-    (1200, {'effort': np.full(7, np.nan)}, 'no valid joint states of the arm'),
+    (1200, {'effort': np.full(7, np.nan)}, '1200 of 1200 joint states have no valid effort ('),
     (1200, {'names': [name.replace('right', 'middle') for name in joint_names('right')]},
      'run: /robot/joint_states has no joints of an arm, only middle_e0'),
     (1200, {'names': [*joint_names('right')[:6], 'right_w3']}, 'no valid joint states of the arm'),

@@ -103,15 +103,6 @@ def test_arm_and_parameter_file(summary, make_bag, both_arms, tmp_path):
                                    atol=1e-9)
 
 
-def test_topic(summary, make_bag, moving_arm):
-    bag = make_bag(moving_arm(60) + moving_arm(
-        150, topic='/other', truth={'effort_model.bias': BIAS['right']}))
-    numbers = summary(bag, '--topic', '/other')
-    assert numbers['recordings'][0]['topic'] == '/other'
-    assert numbers['lagrange_euler']['count'] == 150 - 21
-    np.testing.assert_allclose(numbers['lagrange_euler']['signed_mean'], BIAS['right'], atol=0.03)
-
-
 def test_several_bags(summary, make_bag, moving_arm):
     """Of different arms, too: the numbers at the top are of all their samples."""
     right, left = moving_arm(60), moving_arm(100, 'left')

@@ -9,7 +9,7 @@ from baxter_dynamics_ros.simulation.sensors import Sensors
 import numpy as np
 import pytest
 
-RATES = [38.0, 50.0, 100.0, 400.0, 1000.0]
+RATES = [38.0, 100.0, 1000.0]
 
 _DRAW = np.random.default_rng(1)
 _AMPLITUDE = _DRAW.uniform(0.05, 0.2, (3, 7))  # [rad]
@@ -51,7 +51,7 @@ def acceleration_error(rate, stamps, since):
     return np.sqrt(np.mean(np.square(errors)))
 
 
-@pytest.mark.parametrize('rate', [50.0, 100.0, 500.0])
+@pytest.mark.parametrize('rate', [50.0, 500.0])
 @pytest.mark.parametrize('pattern', PATTERNS)
 def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
     robots = made(rate, 12.0)
@@ -70,7 +70,7 @@ def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
 def test_acceleration_soon_after_the_lock(pattern):
     robots = made(100.0, 12.0)
     ratios = []
-    for seed in range(5):
+    for seed in range(2):
         out, _ = run(Retiming('arrival'), pattern(robots, seed))
         out[400:] = np.nan
         ratios.append(acceleration_error(100.0, out, since=0.0)
@@ -109,7 +109,7 @@ def test_even_stamps_stay_what_they_are():
 @pytest.mark.parametrize('pattern', PATTERNS)
 def test_locked_after_a_second(pattern, rate):
     errors = []
-    for seed in range(10):
+    for seed in range(4):
         t = made(rate, 1.2, seed)
         retiming = Retiming('arrival')
         first = np.flatnonzero(np.isfinite(run(retiming, pattern(t, seed))[0]))[0]

@@ -1,8 +1,8 @@
 """The door: what it lets in and as what, on which time line, and that nothing goes uncounted."""
 
 from arrivals import bursts
-from baxter_dynamics_ros.estimation.events import DROPPED, Event, RESETS
-from baxter_dynamics_ros.estimation.retiming import MODES, Retiming
+from baxter_dynamics_ros.estimation.events import Event, RESETS
+from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.stream import Sample, Stream
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np

@@ -52,14 +52,6 @@ def test_inverse_dynamics_is_eq_5(arm, parameters, g, states):
                                lagrange_euler.inverse_dynamics(parameters, *states, g), **EXACT)
 
 
-def test_terms_are_the_terms(arm, states):
-    q, qd, _ = states
-    mass, coriolis, gravity = arm.terms(q, qd)
-    np.testing.assert_allclose(mass, arm.mass_matrix(q), **EXACT)
-    np.testing.assert_allclose(coriolis, arm.coriolis_matrix(q, qd), **EXACT)
-    np.testing.assert_allclose(gravity, arm.gravity(q), **EXACT)
-
-
 def test_forward_kinematics_is_eq_2(arm, parameters, states):
     q, _, _ = states
     np.testing.assert_allclose(arm.forward_kinematics(q),
@@ -71,12 +63,6 @@ def test_every_christoffel_symbol(arm, parameters, states):
     q, _, _ = states
     symbols = np.stack([arm.coriolis_matrix(q, unit) for unit in np.eye(7)], axis=-1)
     np.testing.assert_allclose(symbols, lagrange_euler.christoffel(parameters, q), **EXACT)
-
-
-def test_christoffel_symbols_are_symmetric_in_k_and_m(arm, states):
-    q, _, _ = states
-    symbols = np.stack([arm.coriolis_matrix(q, unit) for unit in np.eye(7)], axis=-1)
-    np.testing.assert_allclose(symbols, symbols.swapaxes(-1, -2), **EXACT)
 
 
 def test_h_of_eq_7_is_the_christoffel_symbol_of_m(parameters, states):
@@ -121,12 +107,6 @@ def test_several_leading_axes(call, random_states):
         np.testing.assert_allclose(result[index], one, rtol=1e-10, atol=1e-12)
 
 
-def test_empty_batch(call):
-    function, shape = call
-    nothing = np.empty((0, 7))
-    assert function(BaxterArm(), nothing, nothing, nothing).shape == (0,) + shape
-
-
 def test_batch_beyond_the_block_size(call, random_states):
     function, shape = call
     n = 2 * BLOCK + 3
@@ -141,14 +121,6 @@ def test_batch_beyond_the_block_size(call, random_states):
     np.testing.assert_allclose(result, np.concatenate(parts), rtol=1e-10, atol=1e-12)
 
 
-def test_large_batch_keeps_its_leading_axes(random_states):
-    q, qd, _ = (x.reshape(3, BLOCK, 7) for x in random_states(3 * BLOCK))
-    mass, coriolis, gravity = BaxterArm().terms(q, qd)
-    assert mass.shape == coriolis.shape == (3, BLOCK, 7, 7)
-    assert gravity.shape == (3, BLOCK, 7)
-    np.testing.assert_allclose(gravity[2], BaxterArm().gravity(q[2]), **EXACT)
-
-
 def test_leading_axes_broadcast(random_states):
     arm = BaxterArm()
     q, qd, qdd = random_states(5)
@@ -157,9 +129,3 @@ def test_leading_axes_broadcast(random_states):
     for i, k in np.ndindex(5, 3):
         np.testing.assert_allclose(result[i, k], arm.inverse_dynamics(q[i], qd[k], qdd[0]),
                                    **EXACT)
-
-
-def test_large_broadcast(random_states):
-    q, qd, _ = random_states(BLOCK + 5)
-    np.testing.assert_allclose(BaxterArm().coriolis_matrix(q[0], qd)[BLOCK + 4],
-                               BaxterArm().coriolis_matrix(q[0], qd[BLOCK + 4]), **EXACT)

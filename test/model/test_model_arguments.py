@@ -166,13 +166,6 @@ def test_arguments_stay_as_they_are_and_results_are_new(arm, rng, method, shape)
         assert not (result == 7.0).any()
 
 
-def test_results_are_the_same_twice(arm, random_states):
-    states = random_states(10)
-    first = arm.inverse_dynamics(*states)
-    arm.terms(*random_states(10)[:2])
-    np.testing.assert_array_equal(arm.inverse_dynamics(*states), first)
-
-
 @pytest.mark.parametrize('argument', ['payload', 'parameters'])
 def test_what_is_no_payload_or_parameters_is_refused(argument):
     with pytest.raises(ArgumentError, match=f'{argument}: expected a .*, got 0.3'):

@@ -52,7 +52,7 @@ def test_publishes_the_robots_17_joints_in_its_order():
 @pytest.mark.parametrize('side', ['right', 'left'])
 def test_hand_follows_the_papers_circle(side):
     robot = FakeBaxter(side, noise=False)
-    q, _, _ = run(robot, 35.0, side)
+    q, _, _ = run(robot, 20.0, side)
     hand = BaxterArm(mount=mount(side)).forward_kinematics(q)
     t = PERIOD * np.arange(1, len(q) + 1) - 1.0  # the trajectory's own time, once up to speed
     wanted = np.array([circle(x) for x in t])
@@ -289,7 +289,7 @@ def test_dahls_friction_is_a_loop_of_twice_its_height_that_turns_within_its_leng
 
 
 def test_what_no_arm_can_have_is_a_clear_error():
-    with pytest.raises(ArgumentError, match='truth.added_inertia: .* less inertia'):
+    with pytest.raises(ArgumentError, match='truth.added_inertia: expected no negative value'):
         with_truth(added_inertia=one(3, -0.1))
     with pytest.raises(ArgumentError, match='truth: .* leave the arguments'):
         FakeBaxter(truth=EffortModel(), friction=False)
