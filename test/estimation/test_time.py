@@ -168,13 +168,6 @@ def test_a_pause_in_which_sensors_go_on_is_taken_for_arrivals():
     assert_right(run.since(401))  # the stamps are even: re-timing leaves them as they are
 
 
-def test_arrivals_pause_for_seconds():
-    messages = robot(T, jumped(ARRIVALS, 300, 3.0))
-    run = play(messages, 'arrival')
-    assert run.counts() == {Event.RESET_GAP: 1, Event.RESET_RESYNC: 1, Event.UNCONFIRMED: 1}
-    assert_same(run.since(301), play(messages[301:], 'arrival'))
-
-
 # ---- another rate
 
 FASTER = np.concatenate([np.arange(200) * 0.01, 2.0 + np.arange(800) * 0.0025])  # [s]
@@ -242,14 +235,6 @@ def test_two_publishers_of_the_arm_at_stamps_between_each_other():
     run = play(robot(t, bursts(t)), 'arrival')
     assert not run.counts()
     assert_right(run.since(300), late=LATE)
-
-
-def test_two_publishers_of_the_arm_in_the_wrong_order():
-    t = np.stack([T[:200] + 0.003, T[:200]], axis=1).ravel()
-    run = play(robot(t, t), 'auto')
-    assert run.counts() == {Event.OUT_OF_ORDER: 200}  # each second one; never five in a row
-    assert_same(Run(None, *({i // 2: made for i, made in of.items()} for of in run[1:])),
-                play(robot(t[::2], t[::2]), 'auto'))
 
 
 def test_two_publishers_closer_than_any_robot_are_taken_for_arrivals():

@@ -56,12 +56,6 @@ def test_mass_on_a_joints_axis_belongs_to_the_link_before(link):
     assert np.abs(moved[0] - arm.closed_form_parameters[:45]).max() > 1e-3 or link == 1
 
 
-def test_names_are_one_for_each():
-    assert len(base_parameters.NAMES) == 43 == len(set(base_parameters.NAMES))
-    assert base_parameters.TILTED_NAMES[:43] == base_parameters.NAMES
-    assert len(base_parameters.TILTED_NAMES) == 45
-
-
 def test_base_parameters_are_read_only():
     with pytest.raises(ValueError):
         BaxterArm().base_parameters[0] = 1.0

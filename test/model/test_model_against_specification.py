@@ -77,50 +77,6 @@ def test_h_of_eq_7_is_the_christoffel_symbol_of_m(parameters, states):
                                rtol=0.0, atol=1e-10)
 
 
-CALLS = {
-    'mass_matrix': (lambda arm, q, qd, qdd: arm.mass_matrix(q), (7, 7)),
-    'coriolis_matrix': (lambda arm, q, qd, qdd: arm.coriolis_matrix(q, qd), (7, 7)),
-    'gravity': (lambda arm, q, qd, qdd: arm.gravity(q), (7,)),
-    'terms_mass': (lambda arm, q, qd, qdd: arm.terms(q, qd)[0], (7, 7)),
-    'terms_coriolis': (lambda arm, q, qd, qdd: arm.terms(q, qd)[1], (7, 7)),
-    'terms_gravity': (lambda arm, q, qd, qdd: arm.terms(q, qd)[2], (7,)),
-    'inverse_dynamics': (lambda arm, q, qd, qdd: arm.inverse_dynamics(q, qd, qdd), (7,)),
-    'forward_dynamics': (lambda arm, q, qd, qdd: arm.forward_dynamics(q, qd, qdd), (7,)),
-    'forward_kinematics': (lambda arm, q, qd, qdd: arm.forward_kinematics(q), (4, 4)),
-    'jacobian': (lambda arm, q, qd, qdd: arm.jacobian(q), (6, 7)),
-}
-
-
-@pytest.fixture(params=CALLS.values(), ids=CALLS.keys())
-def call(request):
-    return request.param
-
-
-def test_several_leading_axes(call, random_states):
-    function, shape = call
-    q, qd, qdd = (x.reshape(2, 3, 4, 7) for x in random_states(24))
-    result = function(BaxterArm(), q, qd, qdd)
-    assert result.shape == (2, 3, 4) + shape
-    for index in np.ndindex(2, 3, 4):
-        one = function(BaxterArm(), q[index], qd[index], qdd[index])
-        assert one.shape == shape
-        np.testing.assert_allclose(result[index], one, rtol=1e-10, atol=1e-12)
-
-
-def test_batch_beyond_the_block_size(call, random_states):
-    function, shape = call
-    n = 2 * BLOCK + 3
-    states = random_states(n)
-    result = function(BaxterArm(), *states)
-    assert result.shape == (n,) + shape
-    # State by state at the blocks' borders, in batches of another size everywhere else.
-    for i in (0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK - 1, 2 * BLOCK, n - 1):
-        np.testing.assert_allclose(result[i], function(BaxterArm(), *(x[i] for x in states)),
-                                   rtol=1e-10, atol=1e-12)
-    parts = [function(BaxterArm(), *(x[i:i + 1000] for x in states)) for i in range(0, n, 1000)]
-    np.testing.assert_allclose(result, np.concatenate(parts), rtol=1e-10, atol=1e-12)
-
-
 def test_leading_axes_broadcast(random_states):
     arm = BaxterArm()
     q, qd, qdd = random_states(5)

@@ -90,23 +90,6 @@ def test_free_motion_conserves_energy(arm, random_states):
     assert 12 < drift[0] / drift[1] < 20
 
 
-def test_jacobian_is_the_derivative_of_the_hand_position(arm, states):
-    q, _, _ = states
-    derivative = np.stack([_derivative(lambda t: arm.forward_kinematics(q + t * unit))
-                           for unit in np.eye(7)], axis=-1)
-    np.testing.assert_allclose(arm.jacobian(q)[:, :3], derivative[:, :3, 3], rtol=0.0, atol=1e-10)
-
-
-def test_jacobian_is_the_derivative_of_the_hand_orientation(arm, states):
-    q, qd, _ = states
-    rotation = arm.forward_kinematics(q)[:, :3, :3]
-    rate = _derivative(lambda t: arm.forward_kinematics(q + t * qd))[:, :3, :3]
-    spin = rate @ rotation.swapaxes(-1, -2)  # dR/dt R^T = skew(omega), base-frame axes
-    omega = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
-    np.testing.assert_allclose((arm.jacobian(q) @ qd[..., None])[:, 3:, 0], omega,
-                               rtol=0.0, atol=1e-9)
-
-
 def test_hand_pose_is_a_rigid_transform(arm, states):
     pose = arm.forward_kinematics(states[0])
     rotation = pose[:, :3, :3]

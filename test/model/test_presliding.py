@@ -41,14 +41,6 @@ def test_never_leaves_its_bounds(rng):
     assert np.abs(states(rng.normal(0.0, 0.3, 2000).cumsum())).max() <= 1.0
 
 
-def test_reset_forgets():
-    presliding = Presliding(LENGTH)
-    presliding.update(np.zeros(7))
-    presliding.update(np.ones(7))
-    presliding.reset()
-    assert (presliding.update(np.full(7, 5.0)) == 0.0).all()
-
-
 def residuals(predictor, angles, start=10 ** 18):
     """Play joints that all move through ``angles`` at 100 Hz, without effort of their own."""
     names = joint_names('right')

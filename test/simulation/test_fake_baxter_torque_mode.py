@@ -130,15 +130,6 @@ def test_a_joint_that_runs_away_is_braked_and_no_command_is_obeyed_meanwhile(rob
     robot.command(robot.plant.static_torque())
 
 
-def test_a_command_is_copied(robot):
-    command = robot.plant.static_torque()
-    robot.command(command)
-    expected = command.copy()
-    command[:] = 0.0
-    _, _, effort = live(robot, 0.002)
-    np.testing.assert_array_equal(effort[-1], expected)
-
-
 def test_limits_are_those_of_the_description():
     from baxter_dynamics_ros.simulation.description import find_description
     from xml.etree import ElementTree
