@@ -22,6 +22,9 @@ from ..model.joints import N_JOINTS
 _T = TypeVar('_T')
 
 _LINK_MARGIN = 0.05  # least eigenvalue of 1 + S that a link may have
+# Factor on the standard deviation of a link's prior, until the link can exist: small steps, or
+# the link ends far from the margin.
+_TIGHTER = 0.9
 _TIES = 6  # times that a tool's second moments are found from its mass and centre of mass
 _WORSE = 0.01  # mean share by which a fit must be worse than an earlier step to be given up
 
@@ -206,7 +209,7 @@ def _solve(problem: Problem, normal: NormalEquations, weights: Array, active: Bo
         while (least := links.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
             link = 10 * int(np.argmin(least))  # rely more on its prior
             for k in range(where.start + link, where.start + link + 10):
-                parameters[k] = parameters[k].tightened(0.7)
+                parameters[k] = parameters[k].tightened(_TIGHTER)
             b = solve(normal, weights, parameters, free, b)
     return b
 

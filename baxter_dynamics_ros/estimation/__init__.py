@@ -1,1 +1,1 @@
-"""From a stream of joint states to predictions and residuals; knows NumPy and no ROS."""
+"""Predicted effort, residual, external torque and contact from joint states, without ROS."""

@@ -1,4 +1,4 @@
-"""What a stream needs of the model of an arm, validated beforehand."""
+"""Arm model as functions of validated arrays, for the stream handler."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,13 +8,13 @@ from ..model.effort import EffortModel
 
 
 class ArmModel(NamedTuple):
-    """The model of an arm as functions of one state, or of several stacked where it says (...)."""
+    """Functions of one validated state; those with shapes (..., 7) also accept a batch."""
 
-    # Of q, qd, qdd, (..., 7) each: tau (..., 7) [N m].
+    # (q, qd, qdd), (..., 7) each -> tau (..., 7) [N m].
     inverse_dynamics: Callable[[Array, Array, Array], Array]
-    # Of q, qd, (7,) each: M qd [N m s], C^T qd and G [N m], (7,) each.
+    # (q, qd), (7,) each -> M qd [N m s], C^T qd and G [N m], (7,) each.
     links_momentum: Callable[[Array, Array], tuple[Array, Array, Array]]
-    # Of q (7,): that of the hand in the base frame (6, 7).
+    # q (7,) -> Jacobian of the hand in the base frame (6, 7).
     jacobian: Callable[[Array], Array]
     effort_model: EffortModel  # from tau to measured effort
 
@@ -22,8 +22,8 @@ class ArmModel(NamedTuple):
         """
         Return the momentum [N m s], C^T qd and G [N m], (7,) each, of the state q, qd (7,).
 
-        The inertia that the measured effort shows beyond the links' is part of the momentum, for
-        what it adds to the effort is the derivative of what it adds to that.
+        The momentum includes the added inertia of the effort model: its contribution to the effort
+        is the time derivative of its contribution to the momentum.
         """
         terms = self.links_momentum(q, qd)
         if not self.effort_model.has_added_inertia:

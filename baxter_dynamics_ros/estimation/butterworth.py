@@ -1,4 +1,4 @@
-"""The filtered derivative: a second-order Butterworth low-pass that yields its own derivative."""
+"""Filtered derivative: a second-order Butterworth low-pass that also returns its derivative."""
 
 from math import log, pi, sqrt
 
@@ -11,7 +11,7 @@ DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
 
 class ButterworthDerivative:
     r"""
-    Low-pass u and differentiate it: x'' = w^2 (u - x) - 2 zeta w x'.
+    Low-pass filter and derivative of u: x'' = w^2 (u - x) - 2 zeta w x'.
 
     Integrated by the trapezoidal rule with the true time step of every sample, which is stable
     for any step. x follows u, and x' follows du/dt, with the same delay.
@@ -28,16 +28,16 @@ class ButterworthDerivative:
     delay : float
         Group delay of x and of x' at low frequency [s]: 2 zeta / w.
     settling_time : float
-        Time in which the envelope of what the filter began with decays to 1 % [s].
+        Time in which the envelope of the initial error decays to 1 % [s].
 
     """
 
     def __init__(self, cutoff: float) -> None:
         self._w = 2 * pi * cutoff
         self._dt: float | None = None
-        # What a step of dt makes of the state, as a matrix on its right.
+        # Transition matrix of a step of dt, multiplied from the right.
         self._step: Array = np.zeros((3, 3))
-        # (..., 3): x', and u - x at the last sample and at the newest.
+        # (..., 3): x', u - x at the previous sample, u - x at the newest.
         self._state: Array = np.zeros(3)
         self.value: Array = np.zeros(())
         self.derivative: Array = np.zeros(())
@@ -45,26 +45,26 @@ class ButterworthDerivative:
         self.settling_time = log(100.0) / (DAMPING * self._w)
 
     def reset(self, u: Array) -> None:
-        """Start at rest at u, any shape."""
+        """Start at rest at u, of any shape."""
         self._state = np.zeros(np.shape(u) + (3,))
         self.value = u
         self.derivative = self._state[..., 0]
 
     def update(self, u: Array, dt: float) -> None:
         """
-        Take the next sample, dt seconds after the last.
+        Process the next sample, dt seconds after the previous one.
 
-        With a dt of zero the state stays, and the next step starts from u.
+        If dt is zero, the state stays and the next step starts from u.
         """
         if dt != self._dt:
             self._dt, self._step = dt, self._trapezoid(dt)
         self._state[..., 2] = u - self.value
-        self._state = self._state.dot(self._step)  # x', u - x, and what x moves by
+        self._state = self._state.dot(self._step)  # x', u - x, and the change of x
         self.derivative = self._state[..., 0]
         self.value = self.value + self._state[..., 2]
 
     def _trapezoid(self, dt: float) -> Array:
-        """Return the matrix of a step of dt [s], (3, 3): the trapezoidal rule solved for it."""
+        """Return the transition matrix (3, 3) of a trapezoidal step of dt [s]."""
         a = dt * self._w * DAMPING
         b = (dt * self._w) ** 2 / 4
         c = dt * self._w ** 2 / 2

@@ -1,4 +1,4 @@
-"""Check that each sample continues the stream; find resets and stray messages."""
+"""Continuity check of a stream: detects resets and stray messages."""
 
 from typing import NamedTuple
 
@@ -9,34 +9,34 @@ from ..model.arrays import Array
 from ..model.joints import N_JOINTS, VELOCITY_LIMIT
 
 GAP = 0.25  # longest time between two stamps before the filters restart [s]
-CLOCK_JUMP = 0.5  # stamps this far from the last one [s] belong to another clock
+CLOCK_JUMP = 0.5  # step between stamps that indicates another clock [s]
 MAX_IN_A_ROW = 5  # consecutive messages dropped before the stream restarts with the next
-JUMP_MARGIN = 0.02  # position change that is never a jump [rad]
-# Stamps closer than the robot's highest rate of 800 Hz allows are times of arrival: the samples
-# may be this far apart [s].
-SHORTEST_PERIOD = 0.001
-UNKNOWN_PERIOD = 0.03
+JUMP_MARGIN = 0.02  # largest position change that is never a jump [rad]
+# The robot publishes at 800 Hz or less, so closer stamps are times of arrival, and the samples may
+# be up to UNKNOWN_PERIOD apart.
+SHORTEST_PERIOD = 0.001  # [s]
+UNKNOWN_PERIOD = 0.03  # [s]
 _MARGIN = np.full(N_JOINTS, JUMP_MARGIN)  # faster to compare with than a float
-# A joint may be this much faster or slower than measured. The published velocity spans 22 ms and
-# lags by 14 ms; a wrist joint that is hit at the hand with 200 N gains 4 rad/s in that time.
+# Allowed difference between true and measured velocity. The published velocity spans 22 ms and
+# lags by 14 ms; a wrist joint gains 4 rad/s in that time when the hand is hit with 200 N.
 _UNMEASURED = 1.5 * VELOCITY_LIMIT  # [rad/s]
 _STILL = np.zeros(N_JOINTS)  # [rad/s]
 _TO_CONFIRM = (Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP, Event.RESET_VELOCITY_SOURCE)
 
 
 class _Reading(NamedTuple):
-    """One sample; arrays (7,) in joint order."""
+    """One sample with its velocity estimate; arrays (7,) in joint order."""
 
     stamp_ns: int
     q: Array  # [rad]
     qd: Array | None  # [rad/s]
     effort: Array | None  # [N m]
-    slope: Array  # measured velocity; without one the last change of position [rad/s]
+    slope: Array  # measured velocity, or the slope of the positions if it is missing [rad/s]
 
 
 class Continuity:
     """
-    Compare each sample with the last one that was accepted.
+    Compares each sample with the last accepted one.
 
     A position jump, a stamp 0.5 s or more from the last, and a velocity that appears or
     disappears restart the stream only once the next message confirms it. A single stray message,
@@ -45,7 +45,7 @@ class Continuity:
     Attributes
     ----------
     repeated : bool
-        Whether the last sample had the data of the one before and came less than 1 ms later.
+        Whether the last sample repeats the data of the previous one less than 1 ms after it.
 
     """
 
@@ -62,7 +62,7 @@ class Continuity:
     def judge(self, stamp_ns: int, q: Array, qd: Array | None, effort: Array | None,
               period: float | None = None) -> 'Event | None':
         """
-        Judge a sample, and remember it unless it is dropped.
+        Compare a sample with the stream, and remember it unless it is dropped.
 
         Parameters
         ----------
@@ -78,8 +78,9 @@ class Continuity:
         Returns
         -------
         Event or None
-            OUT_OF_ORDER, DUPLICATE or UNCONFIRMED: drop it. REPEATED_STAMP: new data at the last
-            stamp. RESET_...: restart with it. None: it continues the stream, or is the first.
+            OUT_OF_ORDER, DUPLICATE or UNCONFIRMED: drop the sample. REPEATED_STAMP: new data with
+            the last stamp. RESET_...: restart at the sample. None: it continues the stream or is
+            the first one.
 
         """
         reading = _Reading(stamp_ns, q, qd, effort, _STILL if qd is None else qd)
@@ -94,7 +95,7 @@ class Continuity:
 
     def _confirmed(self, event: Event | None, reading: _Reading,
                    period: float | None) -> Event | None:
-        """Return the event, or the reason to drop a message that the next one must confirm."""
+        """Return the event, or the reason to drop a sample that is not confirmed yet."""
         if event is Event.OUT_OF_ORDER:
             self._dropped += 1
             return event if self._dropped < MAX_IN_A_ROW else Event.RESET_CLOCK_JUMP
@@ -112,7 +113,7 @@ class Continuity:
         return Event.UNCONFIRMED if self._dropped < MAX_IN_A_ROW else event
 
     def _compare(self, last: _Reading, now: _Reading, period: float | None) -> Event | None:
-        """Return how a sample differs from an earlier one; None where it continues it."""
+        """Return how a sample departs from an earlier one; None if it continues it."""
         dt = (now.stamp_ns - last.stamp_ns) * 1e-9
         if dt > GAP:
             return Event.RESET_GAP
@@ -126,7 +127,7 @@ class Continuity:
         if (now.qd is None) != (last.qd is None):
             return Event.RESET_VELOCITY_SOURCE
         moved = now.q - last.q
-        if np.count_nonzero(np.abs(moved) > _MARGIN):  # else it is no jump, whatever the period
+        if np.count_nonzero(np.abs(moved) > _MARGIN):  # otherwise never a jump
             if period is None and dt < SHORTEST_PERIOD:
                 period = UNKNOWN_PERIOD
             if _jumps(moved, last.slope, now.slope, max(dt, period or 0.0)):
@@ -134,7 +135,7 @@ class Continuity:
         return Event.REPEATED_STAMP if dt == 0.0 else None
 
     def _since_last(self, reading: _Reading) -> float:
-        """Return the time since the last accepted sample [s]; zero where there is none."""
+        """Return the time since the last accepted sample [s]; zero if there is none."""
         return 0.0 if self._last is None else (reading.stamp_ns - self._last.stamp_ns) * 1e-9
 
     def _slope(self, reading: _Reading) -> Array:

@@ -7,13 +7,13 @@ import numpy as np
 
 from ..model.arrays import Array
 
-DURATION = 0.7  # time for which samples are kept: longer than any delay that can be set [s]
-_MAX_SAMPLES = 1024  # stamps that hardly advance would fill the buffer without end
+DURATION = 0.7  # retention time, longer than the largest configurable delay [s]
+_MAX_SAMPLES = 1024  # bounds memory if stamps hardly advance
 _TIME = itemgetter(0)
 
 
 class DelayLine:
-    """Buffer of position and effort."""
+    """Buffer of position and effort over time."""
 
     def __init__(self) -> None:
         self._samples: list[tuple[float, Array, Array | None]] = []
@@ -24,9 +24,9 @@ class DelayLine:
 
     def append(self, t: float, q: Array, effort: Array | None) -> None:
         """
-        Add position q (7,) [rad] and effort (7,) [N m] or None at t [s], not before the last.
+        Add position q (7,) [rad] and effort (7,) [N m] or None at time t [s].
 
-        A sample at the time of the last replaces it.
+        Times must not decrease; a sample with the last time replaces the last sample.
         """
         samples = self._samples
         if samples and samples[-1][0] == t:
@@ -37,13 +37,13 @@ class DelayLine:
 
     def at(self, t: float) -> tuple[Array, Array | None] | None:
         """
-        Return position and effort at t [s], not after the last sample, linearly interpolated.
+        Return the linearly interpolated position and effort at t [s], at most the last time.
 
         Returns
         -------
         tuple (ndarray (7,), ndarray (7,) or None), or None
-            None where t is before the first sample; effort is None where a sample beside t has
-            none.
+            None if t is before the first sample. The effort is None if either neighbouring sample
+            has none.
 
         """
         samples = self._samples

@@ -7,15 +7,15 @@ import numpy as np
 from .arm_model import ArmModel
 from .contact import ContactDetector
 from .continuity import GAP
-from .motion_estimator import Motions
+from .motion_estimator import MotionEstimate
 from .observer import MomentumObserver
 from .wrench import hand_wrench, HandWrench
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 from ..model.presliding import Presliding
 
-LOWEST_RATE = 15.0  # of samples, below which contact is not reported [Hz]
-_RATE_TIME = 1.0  # over which the rate is averaged [s]
+LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
+_RATE_TIME = 1.0  # averaging time of the sample rate [s]
 _ZERO = np.zeros(N_JOINTS)
 _NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
@@ -27,7 +27,7 @@ class External(NamedTuple):
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
     effort: Array  # external torque tau_ext [N m], positive in the direction of positive q
-    contact: 'bool | None'  # None while it is unknown: see :class:`ExternalEffort`
+    contact: 'bool | None'  # None while unknown, see :class:`ExternalEffort`
     joints: Bools  # joints that show the contact
 
 
@@ -35,14 +35,14 @@ class ExternalEffort:
     r"""
     Estimates tau_ext of ``M qdd + C qd + G = tau + tau_ext`` without accelerations.
 
-    tau is the measured effort less the terms of the effort model; added inertia moves with its
-    joint, so its momentum joins the links'. Contact is unknown while the observer settles, and
-    under :data:`LOWEST_RATE` samples a second.
+    tau is the measured effort minus the terms of the effort model, except for the added inertia,
+    which is part of the momentum. Contact is unknown while the observer settles and below
+    :data:`LOWEST_RATE` samples per second.
 
     Parameters
     ----------
     model : ArmModel
-        The arm's momentum, its hand, and its effort.
+        Momentum, hand Jacobian and effort model of the arm.
     gain : float
         Gain of the :class:`.MomentumObserver` [1/s].
     **contact
@@ -51,7 +51,7 @@ class ExternalEffort:
     Attributes
     ----------
     detector : ContactDetector
-        Detects contact.
+        Contact detector.
 
     """
 
@@ -60,17 +60,17 @@ class ExternalEffort:
         self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
         self._model = model
         self._presliding = Presliding(model.effort_model.dahl_length)
-        self._rate = 0.0  # of the samples [Hz]; zero while unknown
-        # Time of the newest estimate since the stream began [s], and its q, qd, measured effort.
+        self._rate = 0.0  # sample rate [Hz]; zero while unknown
+        # Time since the stream began [s], q, qd and measured effort of the newest estimate.
         self._last: tuple[float, Array, Array, Array] | None = None
 
     @property
     def is_too_slow(self) -> bool:
-        """Whether samples are too far apart to detect contact."""
+        """Whether the sample rate is too low to detect contact."""
         return 0.0 < self._rate < LOWEST_RATE
 
     def reset(self) -> None:
-        """Forget the stream, and what was learned of free motion."""
+        """Forget the stream and everything learned about free motion."""
         self.restart()
         self.detector.reset()
 
@@ -81,10 +81,10 @@ class ExternalEffort:
         self.detector.restart()
 
     def configure(self, model: ArmModel) -> None:
-        """Change the model in mid-stream: the external torque and its bias step to the new one."""
+        """Change the model in mid-stream; the external torque and its bias step accordingly."""
         before, self._model = self._model, model
         if not before.effort_model.has_dahl:
-            self._presliding.reset()  # it stood still
+            self._presliding.reset()  # its state was not updated
         self._presliding.length = model.effort_model.dahl_length
         if self._last is not None:
             (old_momentum, old_rate), (momentum, rate) = (
@@ -97,7 +97,7 @@ class ExternalEffort:
         self._observer.gain = gain
         self.detector.configure(settling=self._observer.settling_time, **contact)
 
-    def update(self, stamp_ns: int, dt: float, motion: Motions) -> 'External | None':
+    def update(self, stamp_ns: int, dt: float, motion: MotionEstimate) -> 'External | None':
         """
         Process the next sample.
 
@@ -107,14 +107,14 @@ class ExternalEffort:
             Stamp of the sample [ns].
         dt : float
             Time since the last sample [s]; zero for the first.
-        motion : Motions
+        motion : MotionEstimate
             Motion at the instant of its velocity.
 
         Returns
         -------
         External or None
-            At the instant of the velocity. None without measured effort, and where the stream
-            began after that instant.
+            External torque at the instant of the velocity. None without measured effort, or if the
+            stream began after that instant.
 
         """
         if dt > 0.0:
@@ -141,7 +141,7 @@ class ExternalEffort:
                         self.detector.joints if known and contact else _NO_JOINTS)
 
     def wrench(self, external: External) -> 'HandWrench | None':
-        """Return the wrench at the hand that explains tau_ext best, or None near singularities."""
+        """Return the hand wrench that best explains tau_ext, or None near a singularity."""
         return hand_wrench(self._model.jacobian(external.q), external.effort)
 
     def _balance(self, model: ArmModel, q: Array, qd: Array,

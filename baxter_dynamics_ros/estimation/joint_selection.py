@@ -9,7 +9,7 @@ from .events import Event
 from ..model.arrays import Array, Indices
 from ..model.joints import joint_names, N_JOINTS
 
-# Values beyond these cannot come from a Baxter, whose limits are 3.1 rad, 4 rad/s and 50 N m.
+# Largest plausible values; a Baxter's limits are 3.1 rad, 4 rad/s and 50 N m.
 PLAUSIBLE_POSITION = 2 * np.pi  # [rad]
 PLAUSIBLE_VELOCITY = 40.0  # [rad/s]
 PLAUSIBLE_EFFORT = 1000.0  # [N m]
@@ -23,8 +23,8 @@ class Reading(NamedTuple):
     """One arm's values in a joint state; read-only arrays (7,) in joint order."""
 
     q: Array  # position [rad]
-    qd: 'Array | None'  # velocity [rad/s]; None where missing or NaN
-    effort: 'Array | None'  # [N m]; None where missing or NaN
+    qd: 'Array | None'  # velocity [rad/s]; None if missing or NaN
+    effort: 'Array | None'  # [N m]; None if missing or NaN
 
 
 class JointSelector:
@@ -43,7 +43,7 @@ class JointSelector:
     names : tuple of str
         Names of the arm's joints in the messages, in joint order.
     other_names : tuple of str or None
-        Joint names of the newest message that was not used because of its names; None if there
+        Joint names of the newest message without a full set of the arm's joints; None if there
         was none.
 
     """
@@ -62,7 +62,7 @@ class JointSelector:
         Returns
         -------
         ndarray (7,) of int, or Event
-            NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT if they cannot be selected.
+            NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT if the joints cannot be selected.
 
         """
         key = tuple(names)
@@ -78,20 +78,20 @@ class JointSelector:
         """
         Return the arm's position, velocity and effort.
 
-        NaN means "not available": a velocity or effort with a NaN is read as missing. Values of
-        other joints do not matter.
+        NaN means "not available": a velocity or effort that contains NaN is treated as missing.
+        Values of other joints are ignored.
 
         Parameters
         ----------
         names : sequence of str
-            The message's joints.
+            Joint names of the message.
         position, velocity, effort : ndarray
             As long as names; velocity and effort may be empty.
 
         Returns
         -------
         Reading or Event
-            The event is the reason why the message cannot be used.
+            An event is the reason why the message cannot be used.
 
         """
         layout = self.layout(names)

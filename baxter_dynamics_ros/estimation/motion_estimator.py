@@ -1,4 +1,4 @@
-"""Estimation of acceleration, and alignment of position, velocity and effort in time."""
+"""Acceleration estimate, and time alignment of position, velocity and effort."""
 
 from typing import NamedTuple
 
@@ -8,35 +8,35 @@ from .slope import PositionSlope
 from ..model.arrays import Array
 
 
-class Motion(NamedTuple):
-    """Motion of the arm at one instant; arrays (7,) in joint order."""
+class AcceleratedMotion(NamedTuple):
+    """Position, velocity, acceleration and effort at one instant; arrays (7,) in joint order."""
 
-    delay: float  # from the instant to the newest sample [s]
+    delay: float  # time from the instant to the newest sample [s]
     q: Array  # [rad]
     qd: Array  # [rad/s]
     qdd: Array  # [rad/s^2]
     effort: 'Array | None'  # measured [N m]
 
 
-class Motions(NamedTuple):
-    """Motion at the instant of the newest velocity, and at that of the newest acceleration."""
+class MotionEstimate(NamedTuple):
+    """State at the instant of the newest velocity, and motion at that of the acceleration."""
 
-    t: float  # instant of the velocity, since the stream began [s]
-    lag: float  # from that instant to the newest sample [s]
-    q: 'Array | None'  # (7,) [rad]; None where the instant is before the first sample
+    t: float  # instant of the velocity, relative to the start of the stream [s]
+    lag: float  # time from that instant to the newest sample [s]
+    q: 'Array | None'  # (7,) [rad]; None if the instant is before the first sample
     qd: Array  # (7,) [rad/s]
     effort: 'Array | None'  # measured (7,) [N m]
-    accelerated: 'Motion | None'  # None while the filter settles, and where dt is zero
+    accelerated: 'AcceleratedMotion | None'  # None while the filter settles and if dt is zero
 
 
 class MotionEstimator:
     """
-    Estimate accelerations, and align all signals to one instant.
+    Estimates the acceleration and aligns all signals to one instant.
 
     The robot's velocity lags position and effort by ``velocity_lag`` (14 ms measured), and the
     filter adds its own delay (45 ms at 5 Hz). One buffer of position and effort is read at both
-    delays. Without ``align`` the newest position, velocity and effort accompany an acceleration
-    that lags.
+    delays. Without ``align`` the newest position, velocity and effort are combined with the
+    delayed acceleration.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class MotionEstimator:
     velocity_lag : float
         Lag of the measured velocity behind position and effort [s].
     delay : float
-        From the instant of the estimate to the newest sample, with measured velocities [s].
+        Time from the instant of the estimate to the newest sample, if velocity is measured [s].
     settling_time : float
         Time after a reset for which estimates are withheld [s].
 
@@ -63,7 +63,7 @@ class MotionEstimator:
     def __init__(self, cutoff: float, velocity_lag: float, align: bool) -> None:
         self._slope = PositionSlope()
         self._history = DelayLine()
-        self._t: float | None = None  # of the newest sample, since the last reset [s]
+        self._t: float | None = None  # time of the newest sample since the last reset [s]
         self.configure(cutoff, velocity_lag, align)
 
     def configure(self, cutoff: float, velocity_lag: float, align: bool) -> None:
@@ -82,7 +82,8 @@ class MotionEstimator:
         self._slope.reset()
         self._history.reset()
 
-    def update(self, dt: float, q: Array, qd: Array | None, effort: Array | None) -> Motions:
+    def update(self, dt: float, q: Array, qd: Array | None,
+               effort: Array | None) -> MotionEstimate:
         """
         Process the next sample.
 
@@ -109,15 +110,17 @@ class MotionEstimator:
         self._history.append(t, q, effort)
         settled = dt > 0.0 and t - self._start >= self.settling_time
         then = self._history.at(t - lag) or (None, None)
-        return Motions(t - lag, lag, then[0], qd, then[1],
-                       self._accelerated(t, lag, q, qd, effort) if settled else None)
+        return MotionEstimate(
+            t - lag, lag, then[0], qd, then[1],
+            self._accelerated(t, lag, q, qd, effort) if settled else None)
 
     def _accelerated(self, t: float, lag: float, q: Array, qd: Array,
-                     effort: Array | None) -> Motion | None:
+                     effort: Array | None) -> AcceleratedMotion | None:
         if not self._align:
-            return Motion(0.0, q, qd, self._filter.derivative, effort)
+            return AcceleratedMotion(0.0, q, qd, self._filter.derivative, effort)
         delay = lag + self._filter.delay
         then = self._history.at(t - delay)
         if then is None:
             return None
-        return Motion(delay, then[0], self._filter.value, self._filter.derivative, then[1])
+        return AcceleratedMotion(
+            delay, then[0], self._filter.value, self._filter.derivative, then[1])

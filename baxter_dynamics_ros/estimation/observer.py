@@ -1,8 +1,8 @@
 r"""
-The generalised-momentum observer: external joint torque without accelerations.
+Generalised-momentum observer: external joint torque without accelerations.
 
 For ``M qdd + C qd + G = tau + tau_ext`` the momentum p = M qd obeys ``dp/dt = tau + C^T qd - G +
-tau_ext``. The observer integrates what is known of that, and what it lacks is tau_ext.
+tau_ext``. The observer integrates the known terms; the difference from p reveals tau_ext.
 """
 
 from math import log
@@ -16,10 +16,10 @@ GAIN = 10.0  # [1/s]
 
 class MomentumObserver:
     r"""
-    Estimate r of ``r = K (p - integral(rate + r) dt - p(0))``: r' = K (tau_ext - r).
+    Estimates tau_ext by ``r = K (p - integral(rate + r) dt - p(0))``: r' = K (tau_ext - r).
 
-    Integrated by the backward Euler method with the true time step of every sample, solved for
-    r, which is stable for any step.
+    Integrated by the backward Euler method with the true time step of every sample, which is
+    stable for any step.
 
     Parameters
     ----------
@@ -45,20 +45,20 @@ class MomentumObserver:
         return log(100.0) / self.gain
 
     def reset(self) -> None:
-        """Forget all samples: the next is the first, with r = 0."""
+        """Forget all samples; r is zero at the next one."""
         self._momentum: Array = np.zeros(0)  # at the last sample [N m s]
         self.r: Array | None = None
 
     def rebase(self, momentum: Array, r: Array) -> None:
         """
-        Change the model between two samples.
+        Account for a change of the model between two samples.
 
         Parameters
         ----------
         momentum : ndarray (7,)
-            Difference of the new model's momentum to the old one's at the last sample [N m s].
+            Change of the momentum at the last sample, new model minus old model [N m s].
         r : ndarray (7,)
-            Difference of the external torque by the new model to the one by the old [N m].
+            Change of the external torque, new model minus old model [N m].
 
         """
         if self.r is not None:
@@ -67,17 +67,17 @@ class MomentumObserver:
 
     def update(self, dt: float, momentum: Array, rate: Array) -> Array:
         """
-        Take the next sample, and return r (7,) [N m].
+        Process the next sample and return r (7,) [N m].
 
         Parameters
         ----------
         dt : float
-            Time since the last sample [s], not negative; of no effect on the first. With zero, r
-            changes by what the momentum changed.
+            Time since the last sample [s], not negative; ignored for the first. If zero, r changes
+            by K times the change of the momentum.
         momentum : ndarray (7,)
             p = M qd [N m s].
         rate : ndarray (7,)
-            What dp/dt is without external torque: tau + C^T qd - G [N m].
+            dp/dt without external torque: tau + C^T qd - G [N m].
 
         """
         if self.r is None:
@@ -85,7 +85,7 @@ class MomentumObserver:
         else:
             # r = K (p - p_hat) and p_hat = p_hat_last + (rate + r) dt, where p_hat = p - r / K
             gain = self.gain
-            lacking = momentum - self._momentum - dt * rate  # [N m s]
-            self.r = (self.r + gain * lacking) * (1.0 / (1.0 + gain * dt))
+            unexplained = momentum - self._momentum - dt * rate  # [N m s]
+            self.r = (self.r + gain * unexplained) * (1.0 / (1.0 + gain * dt))
         self._momentum = momentum
         return self.r

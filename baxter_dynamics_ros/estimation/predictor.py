@@ -8,7 +8,7 @@ import numpy as np
 from .arm_model import ArmModel
 from .events import Event
 from .external import External, ExternalEffort
-from .motion_estimator import Motion, MotionEstimator
+from .motion_estimator import AcceleratedMotion, MotionEstimator
 from .stream import State, Stream
 from ..model.arrays import Array
 from ..model.presliding import Presliding
@@ -17,7 +17,7 @@ from ..model.presliding import Presliding
 class Estimate(NamedTuple):
     """Motion and measured effort of the arm at one instant; read-only (7,) in joint order."""
 
-    # The instant [ns], on the clock of the joint states' stamps: int, or as many in a batch.
+    # The instant [ns], on the clock of the joint states' stamps: int, or an array in a batch.
     stamp_ns: Any
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
@@ -29,21 +29,21 @@ class Estimate(NamedTuple):
 class Prediction(NamedTuple):
     """Predicted effort and residual at one instant; read-only arrays (7,) in joint order."""
 
-    # The instant [ns], on the clock of the joint states' stamps: int, or as many in a batch.
+    # The instant [ns], on the clock of the joint states' stamps: int, or an array in a batch.
     stamp_ns: Any
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
     qdd: Array  # acceleration [rad/s^2]
     tau: Array  # M(q) qdd + C(q, qd) qd + G(q) [N m]
-    effort: Array  # the measured effort that tau predicts [N m]
+    effort: Array  # predicted measured effort: tau plus the effort model [N m]
     residual: 'Array | None'  # measured - predicted effort [N m]; None without a measurement
 
 
 class Step(NamedTuple):
-    """Everything that one joint state gave; None where it gave nothing."""
+    """Results of one joint state; None where there is no result."""
 
-    dropped: 'Event | None' = None  # the reason, where the message was not accepted
-    begins: bool = False  # the stream restarted: earlier predictions are of another time line
+    dropped: 'Event | None' = None  # the reason, if the message was dropped
+    begins: bool = False  # the stream restarted; earlier results are not continued
     state: 'State | None' = None  # measured state
     estimate: 'Estimate | None' = None  # None while the filter settles
     prediction: 'Prediction | None' = None
@@ -67,28 +67,28 @@ class Step(NamedTuple):
 
 class Predictor:
     """
-    Predict one arm's effort from its joint states, and estimate the external torque.
+    Predicts one arm's effort from its joint states and estimates the external torque.
 
-    The same code serves the node and recordings; it knows no ROS and no clock but the stamps.
-    :meth:`handle` is :meth:`estimate`, which processes messages in order, and then
-    :meth:`predict`, which has no memory and accepts many stacked estimates as well as one.
+    The node and the evaluation of recordings share this class; it uses neither ROS nor any clock
+    other than the stamps. :meth:`handle` combines :meth:`estimate`, which processes messages in
+    order, with :meth:`predict`, which has no state and also accepts a batch of estimates.
 
     Parameters
     ----------
     stream : Stream
-        Validates joint states.
+        Validates joint states and extracts the samples of the arm.
     model : ArmModel
-        Torques, momentum and effort.
+        Inverse dynamics, momentum and effort model.
     estimator : MotionEstimator
-        Velocities, accelerations and their alignment.
+        Estimates accelerations and aligns all signals in time.
     external : ExternalEffort, optional
-        Estimates the external torque; without it there is none.
+        Estimates the external torque; omitted by default.
 
     Attributes
     ----------
     counts : Counter
-        The stream's: number of occurrences of each :class:`Event`, 'received' and 'taken'; and
-        under 'predicted' and 'external' the messages with an estimate and an external torque.
+        Counts of the stream (each :class:`Event`, 'received', 'taken'), plus 'predicted' and
+        'external': messages with an estimate and with an external torque.
 
     """
 
@@ -102,16 +102,16 @@ class Predictor:
         self._presliding = Presliding(model.effort_model.dahl_length)
 
     def configure(self, model: ArmModel) -> None:
-        """Change the model in mid-stream: it holds from the next message on."""
+        """Change the model in mid-stream, from the next message on."""
         if not self.model.effort_model.has_dahl:
-            self._presliding.reset()  # it stood still
+            self._presliding.reset()  # its state was not updated
         self.model = model
         self._presliding.length = model.effort_model.dahl_length
         if self.external is not None:
             self.external.configure(model)
 
     def reset(self) -> None:
-        """Forget the stream, and what was learned of free motion; the counts stay."""
+        """Forget the stream and everything learned about free motion; the counts stay."""
         self.stream.reset()
         if self.external is not None:
             self.external.reset()
@@ -124,20 +124,21 @@ class Predictor:
         Parameters
         ----------
         stamp_ns : int
-            Its stamp [ns].
+            Header stamp [ns].
         names : sequence of str
-            Its joints, in any order, other joints among them.
+            Joint names in any order; other joints are ignored.
         position, velocity, effort : ndarray
-            As long as names, in rad, rad/s, N m; velocity and effort may be empty. NaN means "not
-            available".
+            One value per name, in rad, rad/s, N m; velocity and effort may be empty. NaN means
+            "not available".
         received_ns : int, optional
-            Time of receipt [ns]: replaces stamps that are zero, and, with the setting stamps at
-            'receipt', or at 'auto' where they stand still, all stamps.
+            Time of receipt [ns]. It replaces zero stamps, and all stamps if the setting ``stamps``
+            is 'receipt', or 'auto' and the header stamps stand still.
 
         Returns
         -------
         Step
-            The prediction is for ``stamp_ns``, or the re-timed stamp, less the estimator's delay.
+            The instant of the prediction is the header or re-timed stamp minus the delay of the
+            estimator.
 
         """
         step = self.estimate(stamp_ns, names, position, velocity, effort, received_ns)
@@ -151,7 +152,7 @@ class Predictor:
         found = self.stream.take(stamp_ns, names, position, velocity, effort, received_ns)
         if isinstance(found, Event):
             return Step(dropped=found)
-        if isinstance(found, State):  # without a place on the time line yet
+        if isinstance(found, State):  # the period of re-timed stamps is not known yet
             return Step(begins=True, state=found)
         state, dt, begins = found
         if begins:
@@ -164,7 +165,7 @@ class Predictor:
         return Step(None, begins, state, self._estimate(state, motions.accelerated),
                     external=external)
 
-    def _estimate(self, state: State, motion: 'Motion | None') -> 'Estimate | None':
+    def _estimate(self, state: State, motion: 'AcceleratedMotion | None') -> 'Estimate | None':
         if motion is None:
             return None
         self.counts['predicted'] += 1
@@ -180,7 +181,7 @@ class Predictor:
         Parameters
         ----------
         estimate : Estimate
-            Its arrays may have leading axes: a batch.
+            One estimate, or a batch with leading axes.
 
         """
         stamp_ns, q, qd, qdd, measured, presliding = estimate

@@ -1,4 +1,4 @@
-"""Even stamps for messages that are stamped on arrival, from a phase-locked loop."""
+"""Re-timing of messages stamped on arrival: even stamps from a phase-locked loop."""
 
 from math import sqrt
 
@@ -8,13 +8,13 @@ AUTO = 'auto'
 MODES = (AUTO, HEADER, ARRIVAL, RECEIPT)
 
 MEMORY = 2.0  # time constant of the line's phase [s]
-LOCKING = 1.0  # the line is used after this time [s] ...
-LOCKING_MESSAGES = 20  # ... and this number of messages
-LATE = 0.02  # largest error that corrects the line [s]: most messages are on time, some very late
-# A larger error of one message, or a larger mean error over ASIDE_TIME, restarts the line: there
-# was a pause, or the rate or the clock has changed.
-FAR = 0.25  # [s]
-ASIDE = 0.05  # [s]
+LOCKING = 1.0  # minimum time before the line is used [s]
+LOCKING_MESSAGES = 20  # minimum number of messages before the line is used
+LATE = 0.02  # bound on the error that corrects the line [s]: a few messages are very late
+# The line restarts after a larger error of one message, or a larger mean error: there was a pause,
+# or the rate or the clock has changed.
+FAR = 0.25  # error of one message [s]
+ASIDE = 0.05  # mean error over ASIDE_TIME [s]
 ASIDE_TIME = 0.5  # [s]
 
 
@@ -22,9 +22,9 @@ class ArrivalLine:
     """
     Line of arrival time over message number, fitted by a phase-locked loop.
 
-    With e the error of an arrival against the line's last time t plus one period T, the line is
-    updated by ``t += T + g e`` and ``T += h e``. At first g and h fall as 1/n and 1/n^2, which
-    gives the least-squares line of n arrivals. Their lower bounds ``g = T / MEMORY`` and
+    With e the difference between an arrival and the last time t of the line plus one period T, the
+    line is updated by ``t += T + g e`` and ``T += h e``. At first g and h fall as 1/n and 1/n^2,
+    which gives the least-squares line of n arrivals. Their lower bounds ``g = T / MEMORY`` and
     ``h = g^2 / 2`` make the time constant the same at every rate.
 
     Attributes
@@ -32,7 +32,7 @@ class ArrivalLine:
     period : float
         T [s].
     phase : float
-        t minus the newest arrival [s]: small, so that a float holds all digits.
+        t minus the newest arrival [s]; small, so that a float loses no digits.
     jitter : float
         RMS of e over the last MEMORY [s].
     locked : bool
@@ -57,11 +57,11 @@ class ArrivalLine:
         Returns
         -------
         bool
-            False if it does not fit the line, which restarts at it.
+            False if the arrival does not fit the line, which then restarts at it.
 
         """
         if self._n == 1 and 0 <= step < SHORT_STEP:
-            return True  # part of a burst, delayed by an unknown time: start at its end
+            return True  # part of a delayed burst: start at its end
         e = step * 1e-9 - self.phase - self.period
         if abs(e) > FAR:
             self.restart()
@@ -86,26 +86,26 @@ class ArrivalLine:
 
 class Retiming:
     """
-    Stamps of a stream of joint states: the headers', or re-timed ones.
+    Source of stamps for a stream of joint states: header stamps or re-timed stamps.
 
-    Re-timed stamps lag the robot's by somewhat less than the mean transport delay. The line counts
-    messages: a lost message shifts it by a period for some seconds.
+    Re-timed stamps lag the robot's stamps by slightly less than the mean transport delay. The line
+    counts messages, so a lost message shifts it by one period for a few seconds.
 
     Parameters
     ----------
     mode : str
-        One of :data:`MODES`. 'header': header stamps. 'arrival': header stamps are times of
-        arrival and are re-timed. 'receipt': times of receipt, re-timed. 'auto': as
-        :class:`.stamp_evidence.StampEvidence` decides; 'header' at first.
+        One of :data:`MODES`. 'header': header stamps. 'arrival': header stamps, re-timed because
+        they are times of arrival. 'receipt': re-timed times of receipt. 'auto': selected by
+        :class:`.stamp_evidence.StampEvidence`, starting with 'header'.
 
     Attributes
     ----------
     source : str
-        'header', 'arrival' or 'receipt': what stamps are made from now.
+        'header', 'arrival' or 'receipt': source in use.
     restarted : bool
         Whether the last stamp returned starts a new time line.
     resyncs : int
-        Number of times that arrivals left the line in use, since the last reset.
+        Number of times the line in use was restarted, since the last reset.
 
     """
 
@@ -137,15 +137,15 @@ class Retiming:
 
     @property
     def jitter(self) -> 'float | None':
-        """RMS of arrivals minus re-timed stamps over the last seconds [s], or None."""
+        """RMS of arrivals minus re-timed stamps over the last MEMORY [s]; None if not re-timed."""
         return self._line.jitter if self.retimed and self._line.locked else None
 
     def select(self, stamp_ns: int, received_ns: 'int | None') -> int:
         """
-        Return the stamp in use before it is re-timed [ns].
+        Return the header stamp or time of receipt that is in use, before re-timing [ns].
 
-        The time of receipt, if known, replaces a header stamp that is not set (0), and all header
-        stamps if the source is 'receipt'.
+        The time of receipt, if known, replaces a zero header stamp, and every header stamp if the
+        source is 'receipt'.
         """
         if received_ns is not None and (stamp_ns == 0 or self.source == RECEIPT):
             return received_ns
@@ -161,16 +161,16 @@ class Retiming:
         stamp_ns : int
             Header stamp [ns].
         fresh : bool
-            False for data of the last message or of another publisher: the step to it is no
-            evidence, and at an equal stamp the last one is returned again.
+            False for data of the last message or of another publisher: the step is no evidence
+            about the stamps, and an equal stamp returns the last result again.
         received_ns : int, optional
             Time of receipt [ns].
 
         Returns
         -------
         int or None
-            The stamp to use [ns]. Re-timed ones increase until ``restarted`` is true; None while
-            there is no line to take them from.
+            The stamp to use [ns]. Re-timed stamps increase until ``restarted`` is true. None while
+            the line is not locked.
 
         """
         self.restarted = False
@@ -203,7 +203,7 @@ class Retiming:
             return None
         even = stamp_ns + round(self._line.phase * 1e9)
         if self._out is not None and not self._continues and even <= self._out:
-            return None  # the line is behind the last header stamp that was returned
+            return None  # the line is still behind the last header stamp returned
         return self._return(even)
 
     def _return(self, stamp_ns: int) -> int:

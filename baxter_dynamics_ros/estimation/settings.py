@@ -39,7 +39,7 @@ _ZEROS = (0.0,) * N_JOINTS
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting; a tuple as default means a list of that many numbers."""
+    """One setting; a tuple as the default stands for a list of that length."""
 
     name: str
     default: str | bool | int | float | tuple[float, ...]
@@ -48,7 +48,7 @@ class Setting:
     lower: float = -float('inf')
     upper: float = float('inf')
     choices: tuple[str, ...] = ()
-    read_only: bool = False  # fixed when the node starts
+    read_only: bool = False  # cannot be changed while the node runs
 
     def check(self, value: Any) -> Any:
         """
@@ -87,7 +87,7 @@ class Setting:
 
 
 SETTINGS = (
-    Setting('arm', 'right', 'Arm to predict.', choices=SIDES, read_only=True),
+    Setting('arm', 'right', 'Arm to predict (right or left).', choices=SIDES, read_only=True),
     Setting('joint_prefix', '',
             "Prefix of the joint names in the messages: with 'robot_1/', the first joint of the "
             'right arm is robot_1/right_s0.', read_only=True),
@@ -102,22 +102,23 @@ SETTINGS = (
     Setting('acceleration.velocity_lag', 0.014,
             'Time by which measured velocity lags position and effort.', 's', 0.0, 0.2),
     Setting('stamps', MODES[0],
-            'Source of time. header: the header stamps. arrival: header stamps that are times of '
-            'arrival, re-timed. receipt: the time of receipt at the node, re-timed. auto: header '
-            'until the stamps prove to be times of arrival (arrival) or to stand still (receipt).',
+            'Source of time. header: header stamps. arrival: re-timed header stamps, for stamps '
+            'that are times of arrival. receipt: re-timed times of receipt at the node. auto: '
+            'header until stamps prove to be times of arrival (arrival) or to stand still '
+            '(receipt).',
             choices=MODES),
     Setting('align', True,
-            'Align position, velocity and effort with the delayed acceleration, so that all are '
-            'of one instant. If false, the newest values are used with it.'),
+            'Delay position, velocity and effort to the instant of the filtered acceleration. If '
+            'false, the newest values are combined with the delayed acceleration.'),
     Setting('effort_model.enabled', True,
             'Model the spring, friction and bias of the real robot. If false, predicted effort '
             'is tau, as in a simulator.'),
     Setting('effort_model.spring_coefficients', SPRING_COEFFICIENTS,
-            'Coefficients of the spring at s1: of 1, sin q, cos q, sin 2q, cos 2q.', 'N m',
+            'Spring torque at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q.', 'N m',
             -200.0, 200.0),
     Setting('effort_model.spring_range', SPRING_RANGE,
-            'Range of s1 in which the spring model is valid; beyond it, its value at the border '
-            'is held.', 'rad', -3.2, 3.2),
+            'Range of s1 in which the spring model is valid. Outside, the spring torque at the '
+            'limit is used.', 'rad', -3.2, 3.2),
     Setting('effort_model.coulomb', _ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0),
     Setting('effort_model.coulomb_velocity', COULOMB_VELOCITY,
             'Velocity over which Coulomb friction changes sign.', 'rad/s', 1e-3, 1.0),
@@ -133,11 +134,11 @@ SETTINGS = (
     Setting('effort_model.added_inertia', _ZEROS,
             'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0),
     Setting('external_effort.gain', GAIN,
-            'Gain of the momentum observer: its time constant is 1 / gain.', '1/s', 0.5, 100.0),
+            'Gain of the momentum observer, the inverse of its time constant.', '1/s', 0.5, 100.0),
     Setting('contact.floor', FLOOR, 'Minimum contact threshold per joint.', 'N m', 0.001, 100.0),
     Setting('contact.limit', LIMIT,
-            'Largest model error per joint: a larger external torque is contact for as long as '
-            'it lasts.', 'N m', 0.001, 100.0),
+            'Largest model error per joint. Contact with a larger external torque is reported '
+            'however long it lasts.', 'N m', 0.001, 100.0),
     Setting('contact.sigmas', SIGMAS,
             'Contact threshold in standard deviations of the free-motion residual.', '',
             1.0, 100.0),
@@ -146,24 +147,25 @@ SETTINGS = (
     Setting('contact.hysteresis', HYSTERESIS,
             'Fraction of the threshold below which contact ends.', '', 0.0, 1.0),
     Setting('contact.memory', MEMORY,
-            'Time constant for learning the standard deviation of free motion.', 's', 1.0, 3600.0),
+            'Time constant for learning the standard deviation of the free-motion residual.', 's',
+            1.0, 3600.0),
     Setting('gravity', paper_tables.GRAVITY, 'Gravity vector in the frame of a level base.',
             'm/s^2', -30.0, 30.0),
     Setting('base.roll', 0.0,
-            'Tilt of the base about its x axis; positive raises its left side.', 'rad', -3.2, 3.2),
+            'Roll of the base about its x axis; positive raises the left side.', 'rad', -3.2, 3.2),
     Setting('base.pitch', 0.0,
-            'Tilt of the base about the level y axis, after roll; positive lowers its front.',
+            'Pitch of the base about the level y axis, after roll; positive lowers the front.',
             'rad', -3.2, 3.2),
     Setting('payload.mass', 0.0, 'Mass of the payload.', 'kg', 0.0, 10.0),
     Setting('payload.center_of_mass', (0.0, 0.0, 0.0),
             'Centre of mass of the payload in the hand frame.', 'm', -1.0, 1.0),
     Setting('payload.inertia', (0.0,) * 6,
-            'Inertia of the payload about its centre of mass, in the axes of the hand frame: xx, '
-            'yy, zz, xy, yz, xz.', 'kg m^2', -2.0, 2.0),
+            'Inertia xx, yy, zz, xy, yz, xz of the payload about its centre of mass, axes of the '
+            'hand frame.', 'kg m^2', -2.0, 2.0),
     Setting('links.mass', tuple(row[-1] for row in paper_tables.TABLE_II),
             'Mass of each link (Table II).', 'kg', 0.0, 20.0),
     Setting('links.center_of_mass', sum(paper_tables.TABLE_IV, ()),
-            'Centre of mass x, y, z of each link in turn, in the frame of the link (Table IV).',
+            'Centre of mass x, y, z of each link in turn, in the link frame (Table IV).',
             'm', -1.0, 1.0),
     Setting('links.inertia', sum(paper_tables.TABLE_III, ()),
             'Inertia xx, yy, zz, xy, yz, xz of each link in turn, about its centre of mass '
@@ -175,28 +177,28 @@ DEFAULTS = {setting.name: setting.default for setting in SETTINGS}
 
 class PredictorSettings:
     """
-    A complete, valid set of settings, and the objects made from it.
+    Complete, validated set of settings, and the objects built from it.
 
     Parameters
     ----------
     values : dict, optional
-        Setting name to value; settings that are not given have their defaults.
+        Setting name to value; defaults apply to settings that are not given.
 
     Attributes
     ----------
     values : dict
-        All settings.
+        Value of every setting.
     arm : BaxterArm
-        The model, in the robot's base frame.
+        Rigid-body model in the robot's base frame.
     effort_model : EffortModel
-        Model of measured effort.
+        Effort model.
     model : ArmModel
-        Both, as the stream handler uses them.
+        Both models, in the form used by the stream handler.
 
     Raises
     ------
     ArgumentError
-        If a name is unknown, a value is refused, or values do not fit together.
+        If a name is unknown, a value is invalid, or values are inconsistent.
 
     """
 
@@ -204,7 +206,8 @@ class PredictorSettings:
         values = dict(values or {})
         for name in values:
             if name not in DEFAULTS:
-                raise ArgumentError(str(name), f'unknown setting; known are {", ".join(DEFAULTS)}')
+                raise ArgumentError(str(name),
+                                    f'unknown setting; expected one of {", ".join(DEFAULTS)}')
         self.values = {setting.name: setting.check(values.get(setting.name, setting.default))
                        for setting in SETTINGS}
         gravity = gravity_in_base(self.values['gravity'], **self._group('base'))
@@ -213,7 +216,7 @@ class PredictorSettings:
                              parameters=link_parameters(**self._group('links')))
         effort = self._group('effort_model')
         enabled = effort.pop('enabled')
-        model = EffortModel(**effort)  # checked even where it is off
+        model = EffortModel(**effort)  # validated even if disabled
         self.effort_model = model if enabled else EffortModel.rigid()
         self.model = ArmModel(
             self._choose_method(), self.arm.momentum_terms,
@@ -221,9 +224,9 @@ class PredictorSettings:
 
     def warm_up(self) -> 'PredictorSettings':
         """
-        Compute everything once that messages and services need, and return these settings.
+        Call every function used by messages and services once, and return these settings.
 
-        The first message does not wait for lazy imports and page faults.
+        The first message is then not delayed by lazy imports and page faults.
         """
         q, qd, qdd = np.zeros((3, N_JOINTS))
         self.model.inverse_dynamics(q, qd, qdd)
@@ -233,13 +236,13 @@ class PredictorSettings:
         return self
 
     def predictor(self, external: bool = False) -> Predictor:
-        """Return a new stream handler, with or without an estimate of external effort."""
+        """Return a new stream handler, with or without an estimate of the external torque."""
         stream = Stream(self.values['arm'], self.values['stamps'], self.values['joint_prefix'])
         return Predictor(stream, self.model, self._estimator(),
                          self._external() if external else None)
 
     def configure(self, predictor: Predictor, before: 'PredictorSettings') -> None:
-        """Apply these settings to a stream handler of the same arm with settings ``before``."""
+        """Apply these settings to a stream handler of the same arm having settings ``before``."""
         def changed(*groups: str) -> bool:
             return any(self._group(group) != before._group(group) for group in groups)
         if changed(*_MODEL):

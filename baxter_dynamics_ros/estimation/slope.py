@@ -8,15 +8,15 @@ from .continuity import SHORTEST_PERIOD
 from ..model.arrays import Array
 
 WINDOW = 0.030  # [s]
-_TOLERANCE = 0.1  # of the window, so that jitter does not change the number of samples in it
-_MAX_SAMPLES = 256  # stamps that hardly advance would fill the window without end
+_TOLERANCE = 0.1  # share of the window; keeps jitter from changing the number of samples
+_MAX_SAMPLES = 256  # bounds memory if stamps hardly advance
 
 
 class PositionSlope:
     """
     Least-squares slope of the positions of the last 30 ms.
 
-    The window is longer at low rates and for bursts of times of arrival: a slope over less than
+    The window is longer at low rates and for bursts, because a slope over less than
     SHORTEST_PERIOD is meaningless.
 
     Attributes

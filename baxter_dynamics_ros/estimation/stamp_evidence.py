@@ -4,17 +4,16 @@ from collections import deque
 
 HEADER, ARRIVAL, RECEIPT = 'header', 'arrival', 'receipt'  # sources of stamps
 
-# The robot publishes at 800 Hz at most. New data stamped less than this after the last are
-# stamped with their time of arrival, or by a clock that stands still.
+# The robot publishes at 800 Hz or less. New data with a smaller step between stamps were stamped
+# on arrival, or by a clock that stands still.
 SHORT_STEP = 500_000  # [ns]
-# Three such steps among 100 messages are no accident.
+# This many short steps within _MESSAGES messages show that stamps are times of arrival.
 _SHORT_STEPS = 3
 _MESSAGES = 100
-# Even steps over this time restore trust in header stamps.
-_EVEN_TIME = 5_000_000_000  # [ns]
-_LONG_STEP = 250_000_000  # [ns]; not part of an even stream
-# A clock stands still if nearly all steps in two windows of receipt time are short, and add up to
-# a small share of it.
+_EVEN_TIME = 5_000_000_000  # duration of even steps that restores header stamps [ns]
+_LONG_STEP = 250_000_000  # a longer step interrupts an even stream [ns]
+# A clock stands still if, in two consecutive windows of receipt time, nearly all steps are short
+# and add up to a small share of that time.
 _WINDOW = 500_000_000  # [ns]
 _WINDOWS = 2
 _WINDOW_MESSAGES = 5

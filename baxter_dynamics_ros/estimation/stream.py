@@ -1,4 +1,4 @@
-"""Stream of one arm's samples from joint states: validated, on one time line, counted."""
+"""Stream of one arm's joint states: validated, placed on one time line, counted."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,23 +16,24 @@ from ..model.arrays import Array
 class State(NamedTuple):
     """The arm's state as last measured; arrays (7,) in joint order."""
 
-    stamp_ns: int  # of the header, or re-timed [ns]
+    stamp_ns: int  # header stamp, or re-timed stamp [ns]
     q: Array  # [rad]
     qd: 'Array | None'  # [rad/s]; None if missing or contradicted by the positions
     effort: 'Array | None'  # [N m]; None if missing or invalid
+    measured_qd: 'Array | None'  # [rad/s], whether or not the positions contradict it
 
 
-class Sample(NamedTuple):
-    """A state of a stream, and its relation to the one before."""
+class TimedState(NamedTuple):
+    """Measured state on the time line of the stream."""
 
     state: State
-    dt: float  # time since the last sample [s]; 0 where the stream begins
-    begins: bool  # the sample does not continue the motion before it
+    dt: float  # time since the last sample [s]; 0 at the start of the stream
+    begins: bool  # whether the sample starts a new motion
 
 
 class Stream:
     """
-    Extracts one arm's samples from joint states.
+    Validates joint states and extracts one arm's samples.
 
     Parameters
     ----------
@@ -48,16 +49,16 @@ class Stream:
     selector : JointSelector
         Selects the arm's joints.
     counts : Counter
-        Number of occurrences of each :class:`Event`; 'received' counts all messages, 'taken' those
-        that were not dropped.
+        Number of occurrences of each :class:`Event`, of all messages ('received'), and of those
+        that were not dropped ('taken').
     latest : State or None
-        The newest measured state.
+        Newest measured state.
     clock : Retiming
-        Makes the stamps in use.
+        Source of the stamps.
     velocity_check : VelocityCheck
-        Compares measured velocity with the positions.
+        Compares measured velocity with measured position.
     begins : bool
-        Whether the next sample will begin the stream.
+        Whether the next sample starts the stream.
 
     """
 
@@ -81,15 +82,15 @@ class Stream:
         self.begins = True
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array, received_ns: 'int | None' = None) -> 'Sample | State | Event':
+             effort: Array, received_ns: 'int | None' = None) -> 'TimedState | State | Event':
         """
         Process a joint state; for the arguments see :meth:`.predictor.Predictor.handle`.
 
         Returns
         -------
-        Sample, State or Event
-            The reason where the message is dropped; the state alone while the period of re-timed
-            stamps is not known.
+        TimedState, State or Event
+            An event if the message is dropped; the state alone while the period of re-timed stamps
+            is not known.
 
         """
         self.counts['received'] += 1
@@ -113,18 +114,18 @@ class Stream:
         if qd is None:
             self.counts[Event.VELOCITY_MISSING] += 1
         effort_used = self._valid(measured)
-        # The step to another publisher's data is no evidence about the robot's stamps.
+        # The step to another publisher's message is no evidence about the robot's stamps.
         fresh = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
         time_ns = self._time(stamp_ns, fresh, received_ns)
         if time_ns is None:
             self.counts[Event.AWAITING_PERIOD] += 1
-            self.latest = state = State(stamp, q, qd, effort_used)
+            self.latest = state = State(stamp, q, qd, effort_used, qd)
             self.begins = True
             return state
         return self._sample(time_ns, fresh, q, qd, effort_used)
 
     def _time(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> int | None:
-        """Return a message's time on the stream's time line [ns]; None while it is unknown."""
+        """Return a message's time on the stream's time line [ns]; None while unknown."""
         clock = self.clock
         source, resyncs, selected = clock.source, clock.resyncs, clock.select(
             stamp_ns, received_ns)
@@ -132,14 +133,14 @@ class Stream:
         if clock.source != source:
             self.counts[Event.RESET_STAMP_SOURCE] += 1
             if clock.select(stamp_ns, received_ns) != selected:
-                self._continuity.forget()  # the next stamp is of another clock
+                self._continuity.forget()  # the next stamp is from another clock
         elif clock.resyncs != resyncs:
             self.counts[Event.RESET_RESYNC] += 1
         self.begins = self.begins or clock.restarted
         return time_ns
 
     def _sample(self, time_ns: int, fresh: bool, q: Array, qd: Array | None,
-                effort: Array | None) -> Sample:
+                effort: Array | None) -> TimedState:
         last, step = self.latest, 0
         if self.begins or last is None:
             self.velocity_check.restart()
@@ -148,17 +149,17 @@ class Stream:
             if fresh and step < SHORT_STEP and not self.clock.retimed:
                 self.counts[Event.REPEATED_STAMP] += 1
         dt, usable = step * 1e-9, self.velocity_check.usable
-        qd = self._usable(dt, q, qd)
+        usable_qd = self._usable(dt, q, qd)
         if self.velocity_check.usable != usable:
             self.counts[Event.RESET_VELOCITY_SOURCE] += 1
             self.begins, dt = True, 0.0
-        self.latest = State(time_ns, q, qd, effort)
-        sample = Sample(self.latest, dt, self.begins)
+        self.latest = State(time_ns, q, usable_qd, effort, qd)
+        sample = TimedState(self.latest, dt, self.begins)
         self.begins = False
         return sample
 
     def _usable(self, dt: float, q: Array, qd: Array | None) -> Array | None:
-        """Return measured velocity, or None if it is missing or contradicts the positions."""
+        """Return the measured velocity, or None if it is missing or contradicts the positions."""
         if qd is None:
             self.velocity_check.restart()
             return None
@@ -168,7 +169,7 @@ class Stream:
         return qd if usable else None
 
     def _valid(self, effort: Array | None) -> Array | None:
-        """Return the measured effort, or None if the robot cannot have measured it."""
+        """Return the measured effort, or None if it is missing or exactly zero on all joints."""
         if effort is None:
             self.counts[Event.EFFORT_MISSING] += 1
         elif not any(effort.tolist()):

@@ -7,19 +7,18 @@ import numpy as np
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS, N_JOINTS
 
-WINDOW = 1.0  # over which velocity is integrated [s]
-_CHECK_PERIOD = 0.5  # [s]; over less, a late message looks like a mismatch
-# Allowed difference between position and the integral of velocity: velocity lags position by
-# 14 ms on a Baxter, and by as much as messages are delayed where stamps are times of arrival.
+WINDOW = 1.0  # integration time of the velocity [s]
+_CHECK_PERIOD = 0.5  # time between checks [s]; a late message looks like a mismatch if shorter
+# Allowed difference between position and integrated velocity: velocity lags position by 14 ms on a
+# Baxter, and stamps that are times of arrival add the transport delay.
 _TOLERANCE = 0.03  # [rad]
-_LAG = 0.02  # [s]; matters where a hard push throws a joint to and fro
-_SHARE = 0.5  # of the motion
-# Less motion than this does not show that velocity is right again.
-_EVIDENCE = 0.1  # [rad]
+_LAG = 0.02  # [s]; ... plus the change of velocity over this time, as in a hard push
+_SHARE = 0.5  # ... plus this share of the motion
+_EVIDENCE = 0.1  # motion needed to accept a velocity again [rad]
 
 
 class VelocityMismatch(NamedTuple):
-    """Motion of a joint according to its position and according to its velocity."""
+    """Motion of a joint according to measured position and to measured velocity."""
 
     joint: str
     moved: float  # range of the position [rad]
@@ -29,17 +28,17 @@ class VelocityMismatch(NamedTuple):
 
 class VelocityCheck:
     """
-    Compares the integral of velocity with the change of position over about a second.
+    Compares integrated velocity with the change of position over about a second.
 
     Attributes
     ----------
     mismatch : VelocityMismatch or None
-        The largest mismatch found last; None while velocity and position agree.
+        Largest mismatch of the last check that found one; None while velocity and position agree.
 
     """
 
     def __init__(self) -> None:
-        # Position, integral of velocity, and their difference [rad]; velocity [rad/s].
+        # Position, integrated velocity, and their difference [rad]; velocity [rad/s].
         self._sample = np.zeros((4, N_JOINTS))
         self._low = self._high = self._sample
         self._t, self._next_check = 0.0, _CHECK_PERIOD  # since the start of the window [s]
@@ -57,7 +56,7 @@ class VelocityCheck:
 
     @property
     def usable(self) -> bool:
-        """Whether measured velocity can be used; true also while positions are frozen."""
+        """Whether measured velocity can be used; also true while positions are frozen."""
         return not self._wrong.any()
 
     def update(self, dt: float, q: Array, qd: Array) -> bool:
@@ -67,7 +66,7 @@ class VelocityCheck:
         Parameters
         ----------
         dt : float
-            Time since the last sample [s]; of no effect after a restart.
+            Time since the last sample [s]; ignored after a restart.
         q, qd : ndarray (7,)
             Position [rad] and measured velocity [rad/s].
 

@@ -18,7 +18,7 @@ FRAMES = (
     "regressor's columns.")
 
 
-class Parameter(NamedTuple):
+class NamedParameter(NamedTuple):
     """One parameter of the arm."""
 
     name: str  # as in _closed_form.PARAMETERS
@@ -27,9 +27,9 @@ class Parameter(NamedTuple):
     text: str
 
 
-def parameters(arm: BaxterArm) -> list[Parameter]:
+def parameters(arm: BaxterArm) -> list[NamedParameter]:
     """Return the parameters of an arm in the order of ``_closed_form.PARAMETERS``."""
-    return [Parameter(name, value, *meaning(name)) for name, value in
+    return [NamedParameter(name, value, *meaning(name)) for name, value in
             zip(_closed_form.PARAMETERS, arm.closed_form_parameters)]
 
 

@@ -13,7 +13,7 @@ from std_msgs.msg import Bool
 from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
 from .period import PeriodStatistics
-from .services import Answers, Recent
+from .services import DynamicsServices, RecentSteps
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
@@ -43,7 +43,7 @@ class Arm:
         Settings in use.
     statistics : PeriodStatistics
         Counts and sums since the last report.
-    recent : Recent
+    recent : RecentSteps
         Newest steps.
 
     """
@@ -53,7 +53,7 @@ class Arm:
         self.predictor = settings.predictor(external=True)
         self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
         self.statistics = PeriodStatistics()
-        self.recent = Recent()
+        self.recent = RecentSteps()
         self._node = node
         self._prediction = self._publisher(JointState, topics.PREDICTED_EFFORT)
         self._residual = self._publisher(JointState, topics.EFFORT_RESIDUAL)
@@ -89,7 +89,7 @@ class Arm:
 
     def offer_services(self, gravity_torques: type[Any], inverse_dynamics: type[Any]) -> None:
         """Answer services of these types."""
-        answers = Answers(self.predictor, self.recent)
+        answers = DynamicsServices(self.predictor, self.recent)
         self._node.create_service(
             gravity_torques, topics.below_node(topics.GRAVITY_TORQUES),
             lambda request, response: answers.gravity_torques(self.settings, request, response))

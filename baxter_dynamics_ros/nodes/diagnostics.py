@@ -33,7 +33,7 @@ _INPUT_EVENTS = DROPPED + NO_VELOCITY + (Event.POSITION_FROZEN, Event.REPEATED_S
 _FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 
 # Messages of statuses, beside the REMEDIES of events. docs/node.md explains each.
-SAYS = {
+MESSAGES = {
     'input': 'joint states arrive on {topic}',
     'no publisher': '{topic} has no publisher',
     'other type': '{topic} is published as {types}; this node needs sensor_msgs/msg/JointState',
@@ -75,7 +75,7 @@ SAYS = {
 }
 
 
-class Source(NamedTuple):
+class ReportContext(NamedTuple):
     """What a task reports on."""
 
     node: Node
@@ -100,59 +100,59 @@ def report(node: Node, topic: str, arm: Arm, loss: MessageLoss) -> list[Diagnost
         Messages lost on the topic.
 
     """
-    source = Source(node, topic, arm, loss)
+    context = ReportContext(node, topic, arm, loss)
     statuses = []
     for name, task in TASKS.items():
         status = DiagnosticStatus(
             name=f'{node.get_fully_qualified_name().lstrip("/")}: {name}',
             hardware_id=f'baxter_{arm.predictor.stream.selector.side}_arm')
-        task(status, source)
+        task(status, context)
         statuses.append(status)
     return statuses
 
 
-def _input(status: DiagnosticStatus, source: Source) -> None:
-    arm, topic = source.arm, source.topic
+def _input(status: DiagnosticStatus, context: ReportContext) -> None:
+    arm, topic = context.arm, context.topic
     stream = arm.predictor.stream
     types = sorted({publisher.topic_type for publisher in
-                    source.node.get_publishers_info_by_topic(topic)})
+                    context.node.get_publishers_info_by_topic(topic)})
     _summarize(status, OK, 'input', topic=topic)
     _warn_of(status, _INPUT_EVENTS, arm)
     mismatch = stream.velocity_check.mismatch
     if mismatch is not None and status.level == WARN:
-        status.message += SAYS['mismatch'].format(**mismatch._asdict())
-    lost = arm.statistics.lost_since(source.loss.lost)
+        status.message += MESSAGES['mismatch'].format(**mismatch._asdict())
+    lost = arm.statistics.lost_since(context.loss.lost)
     if lost:
         status.level = WARN
-        status.message += SAYS['lost'].format(lost=lost)
+        status.message += MESSAGES['lost'].format(lost=lost)
     if arm.recent.age > STALE_AFTER:
         if status.level == OK:
-            _explain_silence(status, source, types)
+            _explain_silence(status, context, types)
         else:  # messages arrive, and none can be used
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
     _add(status, 'age [s]', f'{arm.recent.age:.3f}')
-    _add(status, 'publishers', source.node.count_publishers(topic))
+    _add(status, 'publishers', context.node.count_publishers(topic))
     _add(status, 'types seen', ', '.join(types) or 'none')
     _add(status, 'joints looked for', ' '.join(stream.selector.names))
     _add(status, 'other joints seen', _listed(stream.selector.other_names or ()) or 'none')
-    _add(status, 'lost', source.loss.lost)
+    _add(status, 'lost', context.loss.lost)
     _add(status, 'received', arm.predictor.counts['received'])
     _add_counts(status, _INPUT_EVENTS, arm)
 
 
-def _explain_silence(status: DiagnosticStatus, source: Source, types: list[str]) -> None:
+def _explain_silence(status: DiagnosticStatus, context: ReportContext, types: list[str]) -> None:
     """Report what arrives instead of the arm's joint states."""
-    selector = source.arm.predictor.stream.selector
-    seen = selector.other_names if source.arm.statistics.since(Event.NOT_THIS_ARM) else None
+    selector = context.arm.predictor.stream.selector
+    seen = selector.other_names if context.arm.statistics.since(Event.NOT_THIS_ARM) else None
     if seen is not None:
         what = 'other names' if seen else 'no names'
     elif not types:
         what = 'no publisher'
     else:
         what = 'no messages' if _TYPE in types else 'other type'
-    _summarize(status, STALE, what, topic=source.topic, types=', '.join(types),
-               count=source.node.count_publishers(source.topic), seen=_listed(seen or ()),
+    _summarize(status, STALE, what, topic=context.topic, types=', '.join(types),
+               count=context.node.count_publishers(context.topic), seen=_listed(seen or ()),
                wanted=f'{selector.names[0]} ... {selector.names[-1]}')
 
 
@@ -164,8 +164,8 @@ def _listed(names: tuple[str, ...]) -> str:
     return ', '.join(shown) + (f' and {more} more' if more > 0 else '')
 
 
-def _stamps(status: DiagnosticStatus, source: Source) -> None:
-    arm = source.arm
+def _stamps(status: DiagnosticStatus, context: ReportContext) -> None:
+    arm = context.arm
     clock = arm.predictor.stream.clock
     if arm.recent.age > STALE_AFTER:
         _summarize(status, STALE, 'waiting')
@@ -192,8 +192,8 @@ def _stamps(status: DiagnosticStatus, source: Source) -> None:
         _add(status, f'delay of {what} [s]', f'{nominal if delay is None else delay:.4f}')
 
 
-def _filter(status: DiagnosticStatus, source: Source) -> None:
-    arm = source.arm
+def _filter(status: DiagnosticStatus, context: ReportContext) -> None:
+    arm = context.arm
     predictor, statistics = arm.predictor, arm.statistics
     if arm.recent.age > STALE_AFTER:
         state = 'waiting'
@@ -213,8 +213,8 @@ def _filter(status: DiagnosticStatus, source: Source) -> None:
     _add_counts(status, _FILTER_EVENTS, arm)
 
 
-def _effort(status: DiagnosticStatus, source: Source) -> None:
-    arm = source.arm
+def _effort(status: DiagnosticStatus, context: ReportContext) -> None:
+    arm = context.arm
     _summarize(status, OK, 'effort')
     _warn_of(status, NO_EFFORT, arm)
     valid = str(status.level == OK)
@@ -225,8 +225,8 @@ def _effort(status: DiagnosticStatus, source: Source) -> None:
     _add_counts(status, NO_EFFORT, arm)
 
 
-def _residual(status: DiagnosticStatus, source: Source) -> None:
-    arm = source.arm
+def _residual(status: DiagnosticStatus, context: ReportContext) -> None:
+    arm = context.arm
     rms = arm.statistics.residual_rms
     _summarize(status, STALE if arm.recent.age > STALE_AFTER else OK,
                'no residual' if rms is None else 'residual')
@@ -234,8 +234,8 @@ def _residual(status: DiagnosticStatus, source: Source) -> None:
         _add(status, f'{joint} RMS [N m]', 'none' if rms is None else f'{rms[i]:.3f}')
 
 
-def _external(status: DiagnosticStatus, source: Source) -> None:
-    arm = source.arm
+def _external(status: DiagnosticStatus, context: ReportContext) -> None:
+    arm = context.arm
     detector = arm.external.detector
     joints = _named(detector.joints)
     if arm.recent.age > STALE_AFTER or not arm.statistics.since('external'):
@@ -251,7 +251,7 @@ def _external(status: DiagnosticStatus, source: Source) -> None:
     else:
         _summarize(status, OK, 'free' if detector.has_learnt else 'learning')
     if arm.statistics.was_withheld:
-        status.message += SAYS['withheld']
+        status.message += MESSAGES['withheld']
     unknown = status.level == STALE or arm.external.is_too_slow or detector.is_settling
     _add(status, 'contact', 'unknown' if unknown else detector.in_contact)
     _add(status, 'contact for [s]', f'{detector.duration:.1f}')
@@ -267,8 +267,8 @@ def _external(status: DiagnosticStatus, source: Source) -> None:
             _add(status, f'{joint} {name} [N m]', f'{value:.3f}')
 
 
-def _callbacks(status: DiagnosticStatus, source: Source) -> None:
-    executor, statistics = source.node.executor, source.arm.statistics
+def _callbacks(status: DiagnosticStatus, context: ReportContext) -> None:
+    executor, statistics = context.node.executor, context.arm.statistics
     failures, last = ((executor.failures, executor.last_failure)
                       if isinstance(executor, GuardedExecutor) else (0, ''))
     _summarize(status, OK, 'callbacks')
@@ -278,7 +278,7 @@ def _callbacks(status: DiagnosticStatus, source: Source) -> None:
     _add(status, 'last failure', last or 'none')
 
 
-TASKS: dict[str, Callable[[DiagnosticStatus, Source], None]] = {
+TASKS: dict[str, Callable[[DiagnosticStatus, ReportContext], None]] = {
     'input': _input, 'stamps': _stamps, 'filter': _filter, 'effort': _effort,
     'residual': _residual, 'external': _external, 'callbacks': _callbacks}
 
@@ -289,7 +289,7 @@ def _named(joints: Bools) -> str:
 
 def _summarize(status: DiagnosticStatus, level: bytes, what: str, **details: object) -> None:
     """Set the level of a status and one of the messages above."""
-    status.level, status.message = level, SAYS[what].format(**details)
+    status.level, status.message = level, MESSAGES[what].format(**details)
 
 
 def _warn_of(status: DiagnosticStatus, events: tuple[Event, ...], arm: Arm) -> None:

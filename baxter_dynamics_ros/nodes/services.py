@@ -25,7 +25,7 @@ _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_
               'acceleration': 1e4}
 
 
-class Recent:
+class RecentSteps:
     """
     The newest steps of a stream.
 
@@ -69,7 +69,7 @@ class Recent:
             self.predicted, self._predicted_at = step, self._accepted_at
 
 
-class Answers:
+class DynamicsServices:
     """
     Fill in the responses of the services.
 
@@ -77,12 +77,12 @@ class Answers:
     ----------
     predictor : Predictor
         Has the names of the joints and the filter's settling time.
-    recent : Recent
+    recent : RecentSteps
         The newest state and estimate.
 
     """
 
-    def __init__(self, predictor: Predictor, recent: Recent) -> None:
+    def __init__(self, predictor: Predictor, recent: RecentSteps) -> None:
         self._predictor = predictor
         self._recent = recent
 

@@ -21,7 +21,7 @@ srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
 pytest.importorskip('hypothesis', reason='draws the sequences: pip install hypothesis')
 
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402, I100
-from baxter_dynamics_ros.nodes.services import Answers, Recent  # noqa: E402
+from baxter_dynamics_ros.nodes.services import DynamicsServices, RecentSteps  # noqa: E402
 from hypothesis import settings as profile, stateful, strategies as st  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
@@ -104,7 +104,7 @@ class Life(stateful.RuleBasedStateMachine):
         self.predicted, self.external = Counter(), Counter()  # by side
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
         self.time = 0.0  # [s]
-        self.recent = {side: Recent(lambda: self.time) for side in self.handlers}
+        self.recent = {side: RecentSteps(lambda: self.time) for side in self.handlers}
 
     def send(self, names, *fields, step=10 * MS):
         """Send a message ``step`` [ns] after the last, and look at what comes of it."""
@@ -254,7 +254,7 @@ class Life(stateful.RuleBasedStateMachine):
 
     def ask(self, state, acceleration):
         for side, handler in self.handlers.items():
-            answers = Answers(handler, self.recent[side])
+            answers = DynamicsServices(handler, self.recent[side])
             settings = self.settings
             with np.errstate(divide='raise', over='raise', invalid='raise'):
                 gravity = answers.gravity_torques(settings, srv.GravityTorques.Request(

@@ -3,7 +3,7 @@
 from arrivals import bursts
 from baxter_dynamics_ros.estimation.events import Event, RESETS
 from baxter_dynamics_ros.estimation.retiming import Retiming
-from baxter_dynamics_ros.estimation.stream import Sample, Stream
+from baxter_dynamics_ros.estimation.stream import Stream, TimedState
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ LOCKED = 110  # messages at 100 Hz, after which arrivals are re-timed
 def take(stream, after, q=Q, qd=QD, effort=EFFORT, names=RIGHT):
     """Return the sample of a joint state stamped ``after`` [ns] after START, or None."""
     found = stream.take(START + after, names, q, qd, effort)
-    return found if isinstance(found, Sample) else None
+    return found if isinstance(found, TimedState) else None
 
 
 def even(stream, n=LOCKED, since=0):

@@ -9,7 +9,7 @@ from baxter_dynamics_ros.export.legend import LABELS, meaning
 from .derivation import program_of
 from .program import Program
 from .quantities import PARAMETERS, QUANTITIES, Quantity
-from .source import assignments
+from .infix import assignments
 from .write_python import description, input_names
 
 _NAME = 'baxter_dynamics'

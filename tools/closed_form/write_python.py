@@ -6,7 +6,7 @@ from textwrap import fill, indent
 from .derivation import program_of
 from .program import Program, Value
 from .quantities import PARAMETERS, QUANTITIES, Quantity
-from .source import assignments
+from .infix import assignments
 
 _HEAD = '''# flake8: noqa
 """
