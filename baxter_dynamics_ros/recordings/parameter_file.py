@@ -127,7 +127,7 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
             meant = len(ignored) < _CHECKED and get_close_matches(
                 name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
             if meant:
-                raise ArgumentError(name, f'no such parameter; is {meant[0]} meant?')
+                raise ArgumentError(name, f'no such parameter; did you mean {meant[0]}?')
             ignored.append(name)
     if ignored:
         more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
