@@ -72,8 +72,9 @@ def lengths(parameters: ArmParameters) -> tuple[float, ...]:
     a, d, alpha = parameters.a, parameters.d, parameters.alpha
     if np.abs(alpha[:6] - _ALPHA).max() > 1e-12 or np.any(a[1:6:2]) or np.any(d[1:6:2]):
         raise ArgumentError(
-            'parameters', "expected Baxter's kinematic structure (Table II: alpha of links 1 to 6 "
-            '-90, 90, ... degrees; a and d of links 2, 4 and 6 zero) of the closed form; use model.composite.CompositeDynamics for any other arm')
+            'parameters', "expected Baxter's kinematic structure, for which the closed form was "
+            'derived (Table II: alpha of links 1 to 6 -90, 90, ... degrees; a and d of links 2, 4 '
+            'and 6 zero); use model.composite.CompositeDynamics for any other arm')
     return tuple(float(x) for x in (a[0], a[2], d[2], a[4], d[4]))
 
 
