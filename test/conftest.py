@@ -247,7 +247,7 @@ def all_changed():
         if isinstance(setting.default, bool):
             return not setting.default
         if isinstance(setting.default, str):
-            return setting.choices[-1]
+            return setting.choices[-1] if setting.choices else 'robot_1/'
         if isinstance(setting.default, int):
             return setting.default + 1
         if isinstance(setting.default, float):

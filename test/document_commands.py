@@ -15,7 +15,8 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 SETUP = (REPOSITORY / 'setup.py').read_text(encoding='utf-8')
 # Programs that do not belong to this package: their arguments are not checked.
 FOREIGN = {'.', 'cd', 'export', 'git', 'grep', 'head', 'jq', 'less', 'ls', 'mkdir', 'mypy',
-           'octave', 'rosdep', 'rviz2', 'sed', 'sort', 'source', 'sudo', 'tail', 'wc'}
+           'octave', 'ping', 'rosdep', 'rviz2', 'sed', 'sort', 'source', 'sudo', 'tail', 'wc',
+           'xargs'}
 _SEPARATORS = re.compile(r'&&|\|\||[|;&]')
 
 
@@ -157,5 +158,5 @@ def _exists(path):
 
 CHECKERS = {
     'baxter_dynamics': _baxter_dynamics, 'torque_predictor': _torque_predictor,
-    'fake_baxter': _parameters, 'ros2': _ros2, 'python': _python, 'python3': _python, 'pip': _pip,
-    'pytest': _pytest, 'colcon': _colcon}
+    'fake_baxter': _parameters, 'joint_state_bridge': _parameters, 'ros2': _ros2,
+    'python': _python, 'python3': _python, 'pip': _pip, 'pytest': _pytest, 'colcon': _colcon}

@@ -16,7 +16,7 @@ import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.estimation.events import Event, REMEDIES
+from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.settings import SETTINGS
 import pytest
 
@@ -24,7 +24,7 @@ for module in ('rclpy', 'mujoco', 'rosbags', 'rich', 'casadi', 'scipy', 'yaml'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[test]"')
 
 from baxter_dynamics_ros.cli.main import VERBS  # noqa: E402, I100
-from baxter_dynamics_ros.nodes import diagnostics, topics  # noqa: E402
+from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.recordings.parameter_file import read_parameters  # noqa: E402
 from document_commands import check, Failure  # noqa: E402
 
@@ -162,13 +162,9 @@ def test_no_parameter_is_documented_that_does_not_exist():
     assert documented <= {setting.name for setting in SETTINGS}
 
 
-def test_events_and_diagnostics_are_documented():
+def test_events_are_documented():
     for event in Event:
         assert f'`{event.value}`' in ALL, event
-    rows = {name for name, _ in table_rows()}
-    for message in (*diagnostics.MESSAGES.values(), *REMEDIES.values()):
-        message = re.sub(r'^; ', '…; ', re.sub(r'\{[^}]*\}', '…', message))
-        assert message in rows, message
 
 
 def test_topics_services_and_commands_are_documented():

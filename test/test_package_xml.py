@@ -201,12 +201,9 @@ def _imported():
 
 def _parameters(path):
     """Return a parameter file as parameter name to value."""
-    yaml = pytest.importorskip('yaml', reason='PyYAML is missing: pip install pyyaml')
-    content = yaml.safe_load(path.read_text('utf-8'))
-    assert content.keys() == {'/**'}  # whatever the node's name and namespace
-    assert content['/**'].keys() == {'ros__parameters'}
-    from baxter_dynamics_ros.recordings.parameter_file import flat
-    return dict(flat(content['/**']['ros__parameters']))
+    pytest.importorskip('yaml', reason='PyYAML is missing: pip install pyyaml')
+    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
+    return read_parameters(path, '/any/node', warn=pytest.fail)
 
 
 def _type(value):

@@ -22,6 +22,9 @@ from ..model.joints import N_JOINTS
 _T = TypeVar('_T')
 
 _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link
+# Factor on the standard deviation of a link's prior until the link is physically consistent. Larger
+# steps would end far from the margin.
+_TIGHTER = 0.9
 _TIES = 6  # number of iterations that tie a payload's second moments to mass and centre
 _WORSE = 0.01  # mean relative difference for which an earlier step is preferred
 
@@ -206,7 +209,7 @@ def _solve(problem: Problem, normal: NormalEquations, weights: Array, active: Bo
         while (least := links.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
             link = 10 * int(np.argmin(least))  # tighten its prior
             for k in range(where.start + link, where.start + link + 10):
-                parameters[k] = parameters[k].tightened(0.7)
+                parameters[k] = parameters[k].tightened(_TIGHTER)
             b = solve(normal, weights, parameters, free, b)
     return b
 

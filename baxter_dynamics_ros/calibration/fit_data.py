@@ -128,7 +128,7 @@ def observe(recording: Recording, values: dict[str, Any]) -> Motion:
         valid = np.isfinite(measured[:, 0])
         parts.append([x[valid] for x in (
             estimate.stamp_ns, estimate.q, estimate.qd, estimate.qdd, measured, block.q,
-            block.qd)])
+            block.measured_qd)])
     if not parts:
         parts = [[np.empty(0, int)] + [np.empty((0, 7))] * 6]
     stamps, q, qd, qdd, effort, newest_q, newest_qd = (

@@ -25,9 +25,9 @@ class Fitted:
     deviation: float  # standard deviation
 
 
-# Minimum relative improvement of the cross-validated RMS for which a term is kept: of the joint for
-# a term of one joint, of the mean for a term shared by all joints. Terms without a physical basis
-# need more, because they can also imitate the effect of the filter on sharp friction.
+# Minimum relative improvement of the cross-validated RMS for which a term is kept: of the joint
+# for a term of one joint, of the mean for a shared term. Terms without a physical basis need more,
+# because they can also imitate the effect of the filter on sharp friction.
 WORTH, WORTH_OF_ALL, WORTH_OF_ODD = 0.01, 0.02, 0.05
 
 

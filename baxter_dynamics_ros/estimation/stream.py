@@ -20,6 +20,7 @@ class State(NamedTuple):
     q: Array  # [rad]
     qd: 'Array | None'  # [rad/s]; None if missing or contradicted by the positions
     effort: 'Array | None'  # [N m]; None if missing or invalid
+    measured_qd: 'Array | None'  # [rad/s], whether or not the positions contradict it
 
 
 class TimedState(NamedTuple):
@@ -118,7 +119,7 @@ class Stream:
         time_ns = self._time(stamp_ns, fresh, received_ns)
         if time_ns is None:
             self.counts[Event.AWAITING_PERIOD] += 1
-            self.latest = state = State(stamp, q, qd, effort_used)
+            self.latest = state = State(stamp, q, qd, effort_used, qd)
             self.begins = True
             return state
         return self._sample(time_ns, fresh, q, qd, effort_used)
@@ -148,11 +149,11 @@ class Stream:
             if fresh and step < SHORT_STEP and not self.clock.retimed:
                 self.counts[Event.REPEATED_STAMP] += 1
         dt, usable = step * 1e-9, self.velocity_check.usable
-        qd = self._usable(dt, q, qd)
+        usable_qd = self._usable(dt, q, qd)
         if self.velocity_check.usable != usable:
             self.counts[Event.RESET_VELOCITY_SOURCE] += 1
             self.begins, dt = True, 0.0
-        self.latest = State(time_ns, q, qd, effort)
+        self.latest = State(time_ns, q, usable_qd, effort, qd)
         sample = TimedState(self.latest, dt, self.begins)
         self.begins = False
         return sample

@@ -23,7 +23,7 @@ namespace baseline {
 #include "_closed_form.c"
 }
 
-#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(BAXTER_DYNAMICS_BASELINE_ONLY)
 #define BAXTER_DYNAMICS_X86 1
 #define BAXTER_DYNAMICS_BATCHES_ONLY
 #ifdef __clang__

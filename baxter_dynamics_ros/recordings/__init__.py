@@ -1,1 +1,1 @@
-"""Recordings: read and written without ROS, predicted by the node's own code, and judged."""
+"""Recordings: readers and writers without ROS, and their evaluation by the node's own code."""

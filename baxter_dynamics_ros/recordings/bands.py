@@ -1,4 +1,4 @@
-"""Signals of any length, thinned out for pictures as they run by: no peak is lost."""
+"""Signals of any length, reduced for figures without losing a peak."""
 
 from collections.abc import Iterable
 
@@ -8,12 +8,12 @@ from .evaluation_results import Band
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
-INTERVALS = 1000  # at most; as many again are joined in pairs
+INTERVALS = 1000  # maximum; then they are merged in pairs
 _FIRST_WIDTH = 0.01  # [s]
 
 
 class RunningBands:
-    """What signals span within intervals of time; the intervals widen as the recording goes on."""
+    """Ranges of signals within intervals of time, which widen as the recording goes on."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._names = tuple(names)
@@ -23,17 +23,7 @@ class RunningBands:
         self._used = 0
 
     def add(self, time: Array, signals: Array) -> None:
-        """
-        Take n samples.
-
-        Parameters
-        ----------
-        time : ndarray (n,)
-            Not before the last and not negative [s].
-        signals : ndarray (n, names, 7)
-            NaN where there is none.
-
-        """
+        """Add samples at times (n,) [s], not decreasing, of signals (n, names, 7), or NaN."""
         if not len(time):
             return
         while time[-1] >= INTERVALS * self._width:
@@ -46,7 +36,7 @@ class RunningBands:
         self._used = interval[-1] + 1
 
     def result(self) -> tuple[Array, dict[str, Band]]:
-        """Return the intervals' middles (m,) [s], and name -> Band with NaN where empty."""
+        """Return the middles of the intervals (m,) [s], and name -> Band, NaN where empty."""
         time = (np.arange(self._used, dtype=float) + 0.5) * self._width
         empty = self._low[:self._used] > self._high[:self._used]
         low = np.where(empty, np.nan, self._low[:self._used])

@@ -1,4 +1,4 @@
-"""Contact in a recording: where the residual is larger than any error of the model."""
+"""Contact in a recording: intervals in which the residual exceeds errors of the model."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from ..estimation.contact import LIMIT
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER
 
-MOST = 0.2  # share of a recording, above which a large residual is an error of the model
+MOST = 0.2  # share of a recording above which a large residual is an error of the model
 
-_SHORTEST = 0.1  # for how long the residual must be that large [s]
-_RELEASE = 0.25  # contact lasts while the residual is beyond this part of its limit
-_MARGIN = 0.2  # left out before and after: the filter's memory [s]
+_SHORTEST = 0.1  # duration for which the residual must exceed its limit [s]
+_RELEASE = 0.25  # contact lasts while the residual exceeds this share of its limit
+_MARGIN = 0.2  # excluded before and after, for the memory of the filter [s]
 _STOP = 0.05  # distance from the limit of a joint at which it is at its stop [rad]
 
 
@@ -28,7 +28,7 @@ class Contact(NamedTuple):
     recording: str = ''
 
     def __str__(self) -> str:
-        """Return joint, place, torque and time in words."""
+        """Return joint, torque and time as text."""
         where = f'{self.joint} at its stop' if self.at_stop else self.joint
         return (f'{where}, {abs(self.peak):.0f} N m, from {self.start:.1f} to {self.end:.1f} s'
                 + (f' of {self.recording}' if self.recording else ''))
@@ -66,7 +66,7 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
 
 
 def contact_rows(time: Array, contacts: list[Contact]) -> Bools:
-    """Return which samples (n,) belong to a contact or its margin; time as above."""
+    """Return whether each sample (n,) belongs to a contact or its margin."""
     mask = np.zeros(len(time), dtype=bool)
     for contact in contacts:
         mask |= (time > contact.start - _MARGIN) & (time < contact.end + _MARGIN)
@@ -74,7 +74,7 @@ def contact_rows(time: Array, contacts: list[Contact]) -> Bools:
 
 
 def _intervals(time: Array, size: Array, limit: float) -> list[tuple[int, int]]:
-    """Return (first, last + 1) of each stretch that reaches the limit for long enough."""
+    """Return (first, last + 1) of each interval that exceeds the limit for long enough."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], size > _RELEASE * limit, [0]])))
     return [(start, end) for start, end in zip(edges[::2].tolist(), edges[1::2].tolist())
             if _time_beyond(time[start:end], size[start:end] > limit) >= _SHORTEST]

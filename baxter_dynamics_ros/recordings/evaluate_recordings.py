@@ -1,6 +1,6 @@
-"""Evaluation of recordings: errors of both methods, of three accelerations, and of every term."""
+"""Evaluation of recordings: errors of both methods and of three acceleration estimators."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,58 +14,43 @@ from .playback import Block, play, Recording
 from .running import RunningErrors, RunningSquares
 from .stamp_statistics import StampClock, StampStatistics
 from ..estimation.events import Event, REMEDIES
-from ..estimation.predictor import Prediction
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..newton_euler import NewtonEuler
 
-# The robot's stamps lie within 0.4 % of the period of a grid, times of arrival beyond 20 %.
+# The robot's stamps deviate from a grid by 0.4 % of its period, times of arrival by over 20 %.
 _IRREGULAR = 0.1
-_FEW = 100  # predictions, under which numbers mean little
-_SPACING = 0.04  # of the residuals in which contact is looked for [s]
+_FEW = 100  # predictions below which statistics mean little
+_SPACING = 0.04  # of the residuals that are searched for contact [s]
 
 
 class Evaluator:
     """
-    Judges recordings one after another, and all of them together.
+    Evaluates recordings one after another, and all of them together.
 
     Parameters
     ----------
     values : dict
-        Settings of the predictor, as the node's parameters; without the arm.
+        Settings of the predictor by parameter name; the arm is that of each recording.
 
     Raises
     ------
     ArgumentError
-        If a setting is refused.
+        If a setting is invalid.
 
     """
 
     def __init__(self, values: dict[str, Any]) -> None:
         self._values = {**values, 'method': 'lagrange_euler'}
-        PredictorSettings(self._values)  # refuses what cannot be used, before work begins
+        PredictorSettings(self._values)  # raises before work begins
         self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
         self._shares = RunningSquares()
 
-    def evaluate(self, recording: Recording,
-                 sink: Callable[[Block, Prediction], None] | None = None) -> Evaluation:
-        """
-        Judge a recording.
-
-        Parameters
-        ----------
-        recording : Recording
-            An iterable of joint states with a name, a topic and an arm.
-        sink : callable, optional
-            Given each :class:`~.playback.Block` and its :class:`.Prediction`.
-
-        """
-        settings = PredictorSettings({**self._values, 'arm': recording.arm})
-        run = _Run(settings)
+    def evaluate(self, recording: Recording) -> Evaluation:
+        """Evaluate an open recording."""
+        run = _Run(PredictorSettings({**self._values, 'arm': recording.arm}))
         for block in play(recording, run.predictor):
-            prediction = run.take(block)
-            if sink is not None:
-                sink(block, prediction)
+            run.add(block)
         for name, errors in run.errors.items():
             self._errors[name].include(errors)
         self._shares.include(run.shares)
@@ -78,7 +63,7 @@ class Evaluator:
 
 
 class _Run:
-    """One recording being judged."""
+    """Evaluation of one recording."""
 
     def __init__(self, settings: PredictorSettings) -> None:
         self.settings = settings
@@ -92,14 +77,14 @@ class _Run:
         self._checker = DataChecker(settings)
         self._residuals = _ThinnedResiduals()
 
-    def take(self, block: Block) -> Prediction:
-        """Take a block in, and return its Prediction."""
+    def add(self, block: Block) -> None:
+        """Add a block of estimates."""
         estimate, model = block.estimate, self.settings.effort_model
         prediction = self.predictor.predict(estimate)
         q, qd, qdd, z = estimate.q, estimate.qd, estimate.qdd, estimate.presliding
         measured = estimate.measured
         assert measured is not None  # in a block it is NaN instead
-        # All but the closed form's prediction is from the faster method: they agree to 1e-12.
+        # The closed form predicts once; the rest uses the faster method, equal within 1e-12.
         still = np.zeros_like(q)
         tau, unaccelerated, gravity, live, difference = self.newton_euler.inverse_dynamics(
             np.stack([q, q, q, block.q, block.q]),
@@ -119,7 +104,7 @@ class _Run:
             self.errors[name].add(*(x[valid] for x in pair))
         self.shares.add(
             inertial=tau - unaccelerated, coriolis=unaccelerated - gravity,
-            gravity=gravity.round(12),  # without what rounding leaves at s0, where it is zero
+            gravity=gravity.round(12),  # exactly zero at s0
             spring=model.spring(q), friction=model.friction(qd, z),
             other=np.broadcast_to(model.other(q, qdd), q.shape))
         time = self._clock.elapsed(estimate.stamp_ns)
@@ -127,12 +112,11 @@ class _Run:
             [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
         there = np.isfinite(measured[:, 0])
         self._checker.add(time[there], np.stack([q, qd, qdd, measured], axis=1)[there],
-                          block.q[there], block.qd[there])
+                          block.q[there], block.measured_qd[there])
         self._residuals.add(time[there], (measured - prediction.effort)[there], q[there])
-        return prediction
 
     def result(self, recording: Recording) -> Evaluation:
-        """Return what was found."""
+        """Return the results."""
         counts = {getattr(key, 'value', key): n for key, n in self.predictor.counts.items()}
         time, bands = self.bands.result()
         stamps = self._clock.result()
@@ -140,7 +124,7 @@ class _Run:
         check = self._checker.result()
         contacts, share = self._residuals.contacts()
         if share > MOST or check is not None and any(one.refuses for one in check.problems):
-            contacts = []  # the model is too far off to tell
+            contacts = []  # errors of the model are too large to tell
         return Evaluation(
             name=recording.name, topic=recording.topic, arm=recording.arm,
             duration=stamps.duration, rate=stamps.rate, counts=counts,
@@ -159,17 +143,17 @@ class _Run:
         counts = self.predictor.counts
         if not counts['predicted']:
             yield Notice('nothing', "nothing could be predicted: the arm's joint states are too "
-                         'few, or never go on for long enough for the filter to settle')
+                         'few, or too often interrupted for the filter to settle')
         elif counts['predicted'] < _FEW:
-            yield Notice('few', f'only {counts["predicted"]} predictions: these numbers mean '
+            yield Notice('few', f'only {counts["predicted"]} predictions: these statistics mean '
                          'little')
         if not counts[Event.REPEATED_STAMP] and stamps.irregularity > _IRREGULAR:
             yield Notice('stamps', 'stamps are irregular: they deviate from a regular period by '
-                         f'{100 * stamps.irregularity:.0f} %. They look like times of arrival, '
+                         f'{100 * stamps.irregularity:.0f} %. They appear to be times of arrival, '
                          "which blur the accelerations: record with the robot's own stamps")
         elif stamps.lost and not counts[Event.REPEATED_STAMP]:
-            yield Notice('lost', f'{stamps.lost} messages are lost: the stamps have a period of '
-                         f'{1e3 * stamps.period:.1f} ms, with holes')
+            yield Notice('lost', f'{stamps.lost} messages are lost: stamps are missing from their '
+                         f'regular period of {1e3 * stamps.period:.1f} ms')
         for event, remedy in REMEDIES.items():
             if counts[event]:
                 yield Notice(event.value, f'{counts[event]} x {event.value}: {remedy}')
@@ -183,7 +167,7 @@ class _ThinnedResiduals:
         self._parts: list[tuple[Array, Any, Any]] = []
 
     def add(self, time: Array, residual: Array, q: Array) -> None:
-        """Add samples (n,), (n, 7), (n, 7), of which few are kept."""
+        """Add samples (n,), (n, 7), (n, 7), most of which are dropped."""
         step = np.floor(time / _SPACING)
         new = np.flatnonzero(np.diff(step, prepend=np.floor(self._last / _SPACING)))
         if len(new):
@@ -192,7 +176,7 @@ class _ThinnedResiduals:
                                 q[new].astype(np.float32)))
 
     def contacts(self) -> tuple[list[Contact], float]:
-        """Return the contacts, and for which share of the time there is any."""
+        """Return the contacts, and the share of the time in contact."""
         if not self._parts:
             return [], 0.0
         time, residual, q = (np.concatenate(column) for column in zip(*self._parts))

@@ -1,4 +1,4 @@
-"""What an evaluation finds about one recording: plain numbers, for reports and for people."""
+"""Results of the evaluation of one recording."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -9,14 +9,13 @@ from .notices import Notice
 from ..model.arrays import Array
 
 METHODS = ('lagrange_euler', 'newton_euler')
-# How the acceleration is found: the paper's way, the node's with align false, the node's.
+# Of the acceleration: the paper's, the node's with align false, the node's.
 ESTIMATORS = ('first_difference', 'butterworth_live', 'butterworth_aligned')
-# What the predicted effort is made of.
-TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')
+TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')  # of the effort
 
 
 class ErrorStatistics(NamedTuple):
-    """Of the errors e = measured - predicted effort; arrays (7,) in joint order."""
+    """Statistics of the errors e = measured - predicted effort; arrays (7,) in joint order."""
 
     count: int  # type: ignore[assignment]  # samples; a tuple has a method of that name
     rms: Array  # sqrt(mean(e^2)) [N m]
@@ -26,7 +25,7 @@ class ErrorStatistics(NamedTuple):
 
 
 class Band(NamedTuple):
-    """A signal, thinned out for a picture: what it spans within each interval of time."""
+    """Range of a signal within each interval of time; NaN where an interval has no sample."""
 
     low: Array  # (m, 7)
     high: Array  # (m, 7)
@@ -36,11 +35,11 @@ Errors = dict[str, ErrorStatistics]  # by the name of a method or an estimator
 
 
 class Statistics(Protocol):
-    """What was found, over one recording or all of them; see :class:`Evaluation`."""
+    """Results over one recording or several; see :class:`Evaluation`."""
 
     @property
     def arm(self) -> str:
-        """Return which arm was judged."""
+        """Return the arm."""
 
     @property
     def methods(self) -> Errors:
@@ -57,53 +56,23 @@ class Statistics(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """
-    What was found about one recording.
-
-    Attributes
-    ----------
-    name, topic, arm : str
-        The recording's name, its topic, and which arm was judged.
-    duration : float
-        Time in which effort was predicted, gaps left out [s].
-    rate : float
-        Predictions a second in that time, one a joint state [Hz].
-    counts : dict
-        Event value (str), 'received', 'taken', 'predicted' -> how often.
-    notices : tuple of Notice
-        What a reader should know before trusting the numbers; those of the data check first.
-    methods : dict
-        Each of METHODS -> ErrorStatistics; empty where there is no valid effort.
-    estimators : dict
-        Each of ESTIMATORS -> ErrorStatistics of the Lagrange-Euler effort with it.
-    shares : dict
-        Each of TERMS -> RMS of that term of the predicted effort, (7,) [N m].
-    time : ndarray (m,)
-        Middle of each interval of the bands, since the recording's start [s].
-    bands : dict
-        Signal -> Band [N m]: 'measured', 'lagrange_euler', 'newton_euler' (effort), and
-        'error_' + each of METHODS and of ESTIMATORS. NaN where an interval has no sample.
-    check : DataCheck or None
-        Check of the data; None where there are too few samples with effort.
-    contacts : tuple of Contact
-        Where the residual is larger than errors of the model.
-
-    """
+    """Results for one recording."""
 
     name: str
     topic: str
     arm: str
-    duration: float
-    rate: float
-    counts: dict[Any, int]
-    notices: tuple[Notice, ...]
-    methods: Errors
-    estimators: Errors
-    shares: dict[str, Array]
-    time: Array
+    duration: float  # time with predictions, without gaps [s]
+    rate: float  # predictions per second in that time, one per joint state [Hz]
+    counts: dict[Any, int]  # event value (str), 'received', 'taken' and 'predicted'
+    notices: tuple[Notice, ...]  # to read before the numbers; those of the data check first
+    methods: Errors  # of each of METHODS; empty if there is no valid effort
+    estimators: Errors  # of the Lagrange-Euler effort with each of ESTIMATORS
+    shares: dict[str, Array]  # each of TERMS -> its RMS, (7,) [N m]
+    time: Array  # (m,) middle of each interval of the bands, since the start [s]
+    # Each of METHODS and 'measured' (effort), 'error_' + each of METHODS and ESTIMATORS [N m].
     bands: dict[str, Band]
-    check: 'DataCheck | None' = None
-    contacts: tuple[Contact, ...] = ()
+    check: 'DataCheck | None' = None  # None if too few samples have effort
+    contacts: tuple[Contact, ...] = ()  # where the residual exceeds errors of the model
 
     @property
     def warnings(self) -> tuple[str, ...]:

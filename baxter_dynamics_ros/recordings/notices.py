@@ -1,33 +1,17 @@
-"""Notices about recordings: typed, so that nothing has to be read back from text."""
+"""Notices about recordings and fits."""
 
 from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
 class Notice:
-    """
-    Something a reader must know about a recording or a fit.
+    """A warning about a recording or a fit."""
 
-    Attributes
-    ----------
-    kind : str
-        Machine-readable kind, such as 'effort_sign' or the value of an event.
-    text : str
-        One sentence with numbers and, where there is one, the remedy.
-    joints : tuple of str
-        Joints concerned; empty if it concerns all or none.
-    recording : str
-        Recording concerned; empty if it concerns all.
-    refuses : bool
-        Whether a calibration must not use the data.
-
-    """
-
-    kind: str
-    text: str
-    joints: tuple[str, ...] = ()
-    recording: str = ''
-    refuses: bool = False
+    kind: str  # such as 'effort_sign' or the value of an event
+    text: str  # one sentence with numbers and, if there is one, the remedy
+    joints: tuple[str, ...] = ()  # joints concerned; empty for all or none
+    recording: str = ''  # recording concerned; empty for all
+    refuses: bool = False  # whether a calibration must not use the data
 
     def about(self, recording: str) -> 'Notice':
         """Return the notice with the name of its recording."""

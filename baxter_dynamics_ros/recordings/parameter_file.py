@@ -1,6 +1,6 @@
-"""Settings in ROS 2 parameter files: read as the node reads them, written for the node."""
+"""Settings in ROS 2 parameter files, read as the node reads them."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from pathlib import Path
 import stat
@@ -15,29 +15,29 @@ from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
 NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
-_CHECKED = 1000  # unknown names that are compared with the settings, which takes time
-_DIGITS = 7  # written; more than any calibration can determine
-# Parameters that every node has, beside its settings.
+_CHECKED = 1000  # unknown names to look for a misspelling in, which takes time
+_DIGITS = 7  # significant digits written; more than any calibration can determine
+# Parameters of every node.
 _OF_ALL_NODES = {'use_sim_time': bool, 'start_type_description_service': bool}
 
 
 class ParameterFileError(BaxterDynamicsError):
-    """A parameter file cannot be read or written, or holds a value that the node refuses."""
+    """A parameter file cannot be read, or the node would refuse its parameters."""
 
 
 def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
                     warn: Callable[[str], object] = lambda line: None) -> dict[str, Any]:
     """
-    Return the settings that a node gets from parameter files, setting name to value.
+    Return the settings of a node that is given parameter files, setting name to value.
 
     Parameters
     ----------
     paths : Path or iterable of Path
-        The files, in the order in which they are given to the node.
+        Files; later ones override earlier ones.
     node : str
-        The node's name with its namespace.
+        Name of the node with its namespace.
     warn : callable
-        Called with a line about parameters that the node would ignore.
+        Called with a line of text about parameters that the node would ignore.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
     given = files.of('/' + node.strip('/'))
     if paths and not given:
         others = ', '.join(files.nodes) or 'no node'
-        warn(f'{names}: no parameters for {node}, only for {others}: the defaults are used')
+        warn(f'{names}: no parameters for {node}, only for {others}: using the defaults')
     try:
         return _settings(given, lambda line: warn(f'{names}: {line}'))
     except BaxterDynamicsError as error:
@@ -77,12 +77,12 @@ def write_parameters(path: str | Path, values: dict[str, Any],
     values : dict
         All settings.
     comments : sequence of str
-        Lines for the comment at the top.
+        Lines of the comment at the top.
 
     Raises
     ------
     BaxterDynamicsError
-        If it cannot be written.
+        If the file cannot be written.
 
     """
     tree: dict[str, Any] = {}
@@ -106,15 +106,15 @@ def _contents(path: Path) -> bytes:
         if not stat.S_ISREG(status.st_mode):
             raise ParameterFileError(f'{path}: is not a file')
         if status.st_size > _LARGEST:
-            raise ParameterFileError(f'{path}: {status.st_size} bytes are too many for a '
-                                     f'parameter file, the maximum is {_LARGEST}')
+            raise ParameterFileError(f'{path}: {status.st_size} bytes is too large for a '
+                                     f'parameter file; the maximum is {_LARGEST}')
         return path.read_bytes()
     except OSError as error:
         raise ParameterFileError(f'{path}: cannot be read ({error.strerror})') from None
 
 
 def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str, Any]:
-    """Return the settings among a node's parameters, checked as the node checks them."""
+    """Return the settings among a node's parameters, validated as by the node."""
     values: dict[str, Any] = {}
     ignored: list[str] = []
     for name, value in given.items():
@@ -124,10 +124,10 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
         elif name in _OF_ALL_NODES:
             _check_type(name, value, _OF_ALL_NODES[name]())
         elif not name.startswith('qos_overrides.'):
-            meant = len(ignored) < _CHECKED and get_close_matches(
+            similar = len(ignored) < _CHECKED and get_close_matches(
                 name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
-            if meant:
-                raise ArgumentError(name, f'no such parameter; did you mean {meant[0]}?')
+            if similar:
+                raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)
     if ignored:
         more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
@@ -137,31 +137,22 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
 
 
 def _check_type(name: str, value: Any, default: Any) -> None:
-    """Raise ArgumentError unless a value has the type of a default, as the node insists."""
+    """Raise ArgumentError unless a value has the type of a default, as the node requires."""
     wanted: type = list if isinstance(default, tuple) else type(default)
     if type(value) is not wanted or isinstance(value, list) and type(value[0]) is not float:
-        expected = {bool: 'true or false', str: 'a text', int: 'an integer such as 2',
+        expected = {bool: 'true or false', str: 'a string', int: 'an integer such as 2',
                     float: 'a number with a decimal point such as 1.0',
                     list: 'a list of numbers with decimal points such as [1.0, 2.0]'}[wanted]
         raise ArgumentError(name, f'expected {expected}, got {value!r:.40}')
 
 
-def flat(tree: dict[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
-    """Yield dotted name and value of nested parameters."""
-    for name, value in tree.items():
-        if isinstance(value, dict):
-            yield from flat(value, f'{prefix}{name}.')
-        else:
-            yield f'{prefix}{name}', value
-
-
 def _printable(text: str) -> str:
-    """Return text with what no comment in YAML may hold, such as ends of lines, escaped."""
+    """Return text with characters escaped that no YAML comment may have, such as line ends."""
     return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as YAML has it; numbers keep their decimal point, as ROS insists."""
+    """Return a value for YAML; numbers keep their decimal point, as ROS requires."""
     if isinstance(value, tuple):
         return [_plain(element) for element in value]
     return float(f'{value:.{_DIGITS}g}') if isinstance(value, float) else value

@@ -1,4 +1,4 @@
-"""A recording through the node's stream handler, message by message, in blocks to compute on."""
+"""Playback of a recording through the node's predictor, in blocks for batch computation."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol
@@ -10,7 +10,7 @@ from ..estimation.stream import State
 from ..model.arrays import Array, Indices
 from ..model.joints import N_JOINTS
 
-BLOCK = 256  # estimates computed on at a time: what they need stays in the processor's cache
+BLOCK = 256  # estimates in a batch, few enough for the processor's cache
 
 # Stamp [ns], names, position, velocity and effort of a joint state, and when it was received [ns].
 Message = tuple[int, Sequence[str], Array, Array, Array, int]
@@ -28,38 +28,23 @@ class Recording(Protocol):
     count: int  # messages
 
     def __iter__(self) -> Iterator[Message]:
-        """Yield each."""
+        """Yield each joint state."""
 
 
 class Block(NamedTuple):
-    """Consecutive estimates of one arm, n of them, and what was measured when they were made."""
+    """Consecutive estimates of one arm, and the newest measurements at those times."""
 
-    received_ns: Indices  # (n,) when the newest message was recorded [ns]
+    received_ns: Indices  # (n,) time of recording of the newest message [ns]
     estimate: Estimate  # arrays (n, 7); NaN where no effort was measured
     q: Array  # (n, 7) newest position [rad]
-    qd: Array  # (n, 7) newest velocity [rad/s]; NaN where none was measured
+    qd: Array  # (n, 7) newest usable velocity [rad/s]; NaN where there is none
+    measured_qd: Array  # (n, 7) newest velocity, even if the positions contradict it [rad/s]
     effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
     first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
 
 
 def play(messages: Iterable[Message], predictor: Predictor) -> Iterator[Block]:
-    """
-    Play joint states to a stream handler.
-
-    Parameters
-    ----------
-    messages : iterable
-        Of (stamp_ns, names, position, velocity, effort, received_ns), as in
-        :meth:`~.estimation.predictor.Predictor.handle`.
-    predictor : Predictor
-        Takes them all; its counts tell what it met.
-
-    Yields
-    ------
-    Block
-        Of up to BLOCK estimates, in order.
-
-    """
+    """Pass joint states to a predictor; yield blocks of up to BLOCK estimates, in order."""
     rows: list[_Row] = []
     previous = None
     for stamp_ns, names, position, velocity, effort, received_ns in messages:
@@ -86,10 +71,11 @@ def _stacked(rows: list[_Row]) -> Block:
         np.array(received),
         Estimate(np.array(stamp), *map(_array, (q, qd, qdd, measured, presliding))),
         _array([state.q for state in newest]), velocity,
+        _array([state.measured_qd for state in newest]),
         _array([state.effort for state in newest]), difference)
 
 
 def _array(values: Iterable[Array | None]) -> Array:
-    """Stack arrays (7,) of which some may be None, to (n, 7) with NaN for these."""
+    """Stack arrays (7,) to (n, 7), with NaN for None."""
     return np.concatenate(
         [_NOTHING if value is None else value for value in values]).reshape(-1, N_JOINTS)

@@ -1,38 +1,42 @@
 """
 ROS 2 parameter files as rcl reads them: the same values and the same refusals.
 
-rcl does not load YAML documents. It walks through the parser's events, keeps its own scalar
-types, knows no aliases, tags or dates, and merges files into one list. This module follows
-``rcl_yaml_param_parser`` and rclpy's choice of a node's parameters (Jazzy), oddities included.
+rcl does not load YAML documents. It walks through the parser's events, has its own scalar types,
+knows no aliases, tags or dates, and merges files into one list. This module follows
+``rcl_yaml_param_parser`` and rclpy's choice of a node's parameters (Jazzy), including oddities.
 """
 
-from collections.abc import Iterator
 import re
-from typing import Any
+from typing import Any, TypeAlias
 
 import yaml
 
+# In order, name and values by type; the type of a list is a tuple with that of its elements.
+Parameters: TypeAlias = list[tuple[str, dict[Any, Any]]]
+
 _KEY = 'ros__parameters'
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # libyaml, which rcl uses, if available
-_TRUE = {'Y', 'y', 'yes', 'Yes', 'YES', 'true', 'True', 'TRUE', 'on', 'On', 'ON'}
-_FALSE = {'N', 'n', 'no', 'No', 'NO', 'false', 'False', 'FALSE', 'off', 'Off', 'OFF'}
-# What C's strtol (base 0) and strtod accept.
+_BOOLEANS = {**dict.fromkeys('Y y yes Yes YES true True TRUE on On ON'.split(), True),
+             **dict.fromkeys('N n no No NO false False FALSE off Off OFF'.split(), False)}
+# Accepted by strtol (base 0) and strtod in C; names of infinity and NaN in YAML, too.
 _INTEGER = re.compile(r'\s*([+-]?)(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)', re.ASCII)
 _DECIMAL = re.compile(r'\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
-_HEXADECIMAL = re.compile(r'\s*[+-]?0[xX]([0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)'
-                          r'([pP][+-]?\d+)?', re.ASCII)
-_SPECIAL = re.compile(r'\s*([+-]?)(inf|infinity|nan(?:\(\w*\))?)', re.ASCII | re.IGNORECASE)
-_YAML_SPECIAL = {'.nan', '.NaN', '.NAN', '.inf', '.Inf', '.INF', '+.inf', '+.Inf', '+.INF',
-                 '-.inf', '-.Inf', '-.INF'}
-_TEXT_TAG = 'tag:yaml.org,2002:str'
+_HEXADECIMAL = re.compile(r'\s*[+-]?0x([\da-f]+\.?[\da-f]*|\.[\da-f]+)(p[+-]?\d+)?',
+                          re.ASCII | re.IGNORECASE)
+_SPECIAL = re.compile(r'\s*([+-]?)(inf|nan)(?:(?<=f)inity|(?<=n)\(\w*\))?',
+                      re.ASCII | re.IGNORECASE)
+_YAML_SPECIAL = re.compile(r'([+-]?)\.(inf|Inf|INF)|()\.(nan|NaN|NAN)')
+_ZERO = re.compile(r'\s*[+-]?(0x)?[0.]+([ep].*)?', re.IGNORECASE)
 _LEAST_NORMAL = 2.2250738585072014e-308
+_TEXT_TAG = 'tag:yaml.org,2002:str'
 # rclpy takes the first that is set: scalars before lists, in this order.
-_KINDS = (bool, int, float, str)
+_KINDS = {bool: 'true or false', int: 'an integer', float: 'a number with a decimal point',
+          str: 'a string'}
 _PART = re.compile(r'[A-Za-z_]\w*|\*\*?', re.ASCII)  # of a node's name
 
 
 class RclError(Exception):
-    """rcl refuses the file; the message says why and at which line."""
+    """rcl refuses the file; the message gives reason and line."""
 
 
 class RclParameters:
@@ -42,24 +46,15 @@ class RclParameters:
     Attributes
     ----------
     nodes : dict
-        Node name as written to its parameters: a list of [name, {kind: value}] in order, where a
-        kind is a Python type, or a list's element type in a tuple.
+        Node name, as written, to its parameters.
 
     """
 
     def __init__(self) -> None:
-        self.nodes: dict[str, list[tuple[str, dict[Any, Any]]]] = {}
+        self.nodes: dict[str, Parameters] = {}
 
     def read(self, text: bytes) -> None:
-        """
-        Add the contents of a file.
-
-        Raises
-        ------
-        RclError
-            If rcl would refuse it.
-
-        """
+        """Add the contents of a file; raise RclError if rcl would refuse it."""
         walk = _Walk(self.nodes)
         try:
             for event in yaml.parse(text, Loader=_LOADER):
@@ -74,24 +69,25 @@ class RclParameters:
         """Return the parameters of a node with its namespace; None is an empty list or mapping."""
         values: dict[str, Any] = {}
         for name, parameters in self.nodes.items():
-            # As rclpy: each * matches one part of the name, ** any number of them.
+            # As in rclpy, each * matches one part of the name, ** any number of them.
             if re.fullmatch(f'/{name.removeprefix("/")}'.replace('/*', r'(/\w+)'), node):
-                values.update({parameter: _first(kinds) for parameter, kinds in parameters})
+                values.update({parameter: next((kinds[kind] for kind in (
+                    *_KINDS, *((kind,) for kind in _KINDS)) if kind in kinds), None)
+                    for parameter, kinds in parameters})
         return values
 
 
 class _Walk:
-    """The state of rcl's walk through one file."""
+    """State of rcl's walk through one file."""
 
-    def __init__(self, nodes: dict[str, list[tuple[str, dict[Any, Any]]]]) -> None:
+    def __init__(self, nodes: dict[str, Parameters]) -> None:
         self._nodes = nodes
-        self._is_key, self._is_list, self._is_new = True, False, False
+        self._is_key, self._is_list, self._is_new_group = True, False, False
         self._kind: type | None = None  # of the list's elements
         self._depth = 0
         self._inside = False  # below ros__parameters
-        self._node = _Path('/')
-        self._group = _Path('.')
-        self._parameters: list[tuple[str, dict[Any, Any]]] = []
+        self._node, self._group = _Path('/'), _Path('.')
+        self._parameters: Parameters = []
         self._places: dict[str, int] = {}  # parameter name -> its first index
         self._place = 0
 
@@ -102,14 +98,14 @@ class _Walk:
             (self._key if self._is_key else self._value)(event, line)
         elif isinstance(event, yaml.SequenceStartEvent):
             if self._is_key or not self._inside:
-                raise RclError(f'a list stands for a name at line {line}')
+                raise RclError(f'expected a name at line {line}, got a list')
             self._is_list, self._kind = True, None
         elif isinstance(event, yaml.SequenceEndEvent):
             self._is_list, self._is_key = False, True
         elif isinstance(event, yaml.MappingStartEvent):
             self._depth += 1
             self._is_key = True
-            self._is_new = not (self._inside and self._depth - self._node.count - 1 == 2)
+            self._is_new_group = not (self._inside and self._depth - self._node.count - 1 == 2)
         elif isinstance(event, yaml.MappingEndEvent):
             self._end()
         elif isinstance(event, yaml.AliasEvent):
@@ -125,59 +121,55 @@ class _Walk:
         self._depth -= 1
 
     def _key(self, event: Any, line: int) -> None:
-        name = event.value
-        if not name:
-            raise RclError(f'a name is missing at line {line}')
+        if not event.value:
+            raise RclError(f'missing name at line {line}')
         if self._inside:
-            self._parameter(name, line)
-        elif name.startswith(_KEY):
+            self._parameter(event.value, line)
+        elif event.value.startswith(_KEY):
             self._enter(line)
         else:
-            self._node.push(name)
+            self._node.push(event.value)
         self._is_key = False
 
     def _enter(self, line: int) -> None:
+        name = self._node.text
         if not self._node.count:
             raise RclError(f'no node name before {_KEY} at line {line}')
-        parts = self._node.text.removeprefix('/').split('/')
-        if not all(_PART.fullmatch(part) for part in parts):
-            raise RclError(f'{self._node.text} is not the name of a node, at line {line}')
-        self._parameters = self._nodes.setdefault(self._node.text, [])
+        if not all(map(_PART.fullmatch, name.removeprefix('/').split('/'))):
+            raise RclError(f'{name} is not a valid node name, at line {line}')
+        self._parameters = self._nodes.setdefault(name, [])
         self._places = {}
-        for i, (name, _) in enumerate(self._parameters):
-            self._places.setdefault(name, i)
+        for i, (parameter, _) in enumerate(self._parameters):
+            self._places.setdefault(parameter, i)
         self._node.pop()
         self._inside = True
 
     def _parameter(self, name: str, line: int) -> None:
-        if self._is_new:
+        if self._is_new_group:
             if not self._parameters:
                 raise RclError(f'unexpected mapping at line {line}')
             self._group.text = self._parameters[self._place][0]
             self._group.count += 1
-            self._is_new = False
+            self._is_new_group = False
         group = self._group.text if self._group.count else None
-        self._place = self._find(name if group is None else group)
-        if group is not None:  # rcl renames the entry that stood for the group
-            if self._places[group] == self._place:
-                del self._places[group]
-            full = f'{group}.{name}'
-            self._parameters[self._place] = full, self._parameters[self._place][1]
-            self._places.setdefault(full, self._place)
-
-    def _find(self, name: str) -> int:
-        place = self._places.setdefault(name, len(self._parameters))
+        place = self._places.setdefault(name if group is None else group, len(self._parameters))
         if place == len(self._parameters):
             self._parameters.append((name, {}))
-        return place
+        if group is not None:  # rcl renames the entry that stood for the group
+            if self._places[group] == place:
+                del self._places[group]
+            full = f'{group}.{name}'
+            self._parameters[place] = full, self._parameters[place][1]
+            self._places.setdefault(full, place)
+        self._place = place
 
     def _value(self, event: Any, line: int) -> None:
         if not self._inside or not self._parameters:
             raise RclError(f'a value before {_KEY} at line {line}')
-        plain = event.style not in ('"', "'")
-        if plain and not event.value:
-            raise RclError(f'a value is missing at line {line}')
-        value = event.value if not plain or event.tag == _TEXT_TAG else _scalar(event.value)
+        is_plain = event.style not in ('"', "'")
+        if is_plain and not event.value:
+            raise RclError(f'missing value at line {line}')
+        value = _scalar(event.value) if is_plain and event.tag != _TEXT_TAG else event.value
         kinds = self._parameters[self._place][1]
         if not self._is_list:
             kinds[type(value)] = value
@@ -188,12 +180,8 @@ class _Walk:
             kinds[self._kind,] = []
         elif self._kind is not type(value):
             raise RclError(f'list of mixed types at line {line}: {event.value:.20} is not '
-                           f'{_NOUNS[self._kind]}')
+                           f'{_KINDS[self._kind]}')
         kinds[self._kind,].append(value)
-
-
-_NOUNS = {bool: 'true or false', int: 'an integer', float: 'a number with a decimal point',
-          str: 'a text'}
 
 
 class _Path:
@@ -213,17 +201,10 @@ class _Path:
         self.count = max(self.count - 1, 0)
 
 
-def _first(kinds: dict[Any, Any]) -> Any:
-    for kind in (*_KINDS, *((kind,) for kind in _KINDS)):
-        if kind in kinds:
-            return kinds[kind]
-    return None
-
-
 def _scalar(text: str) -> bool | int | float | str:
     """Return the value of an unquoted scalar."""
-    if text in _TRUE or text in _FALSE:
-        return text in _TRUE
+    if text in _BOOLEANS:
+        return _BOOLEANS[text]
     integer = _INTEGER.fullmatch(text)
     if integer and len(text) < 40:  # longer ones are out of range
         sign, digits = integer.groups()
@@ -231,21 +212,14 @@ def _scalar(text: str) -> bool | int | float | str:
         value = int(sign + digits, base)
         if -2**63 <= value < 2**63:
             return value
-    return next(_numbers(text), text)
-
-
-def _numbers(text: str) -> Iterator[float]:
-    """Yield the number that strtod makes of a text, unless it is none or out of range."""
-    if text in _YAML_SPECIAL:
-        text = text.replace('.', '')
-    special = _SPECIAL.fullmatch(text)
+    special = _YAML_SPECIAL.fullmatch(text) or _SPECIAL.fullmatch(text)
     if special:
-        yield float(special[1] + special[2][:3])
-    elif _DECIMAL.fullmatch(text) or _HEXADECIMAL.fullmatch(text):
+        return float(''.join(filter(None, special.groups())))
+    if _DECIMAL.fullmatch(text) or _HEXADECIMAL.fullmatch(text):
         try:
-            value = float.fromhex(text) if 'x' in text.lower() else float(text)
+            number = float.fromhex(text) if 'x' in text.lower() else float(text)
         except OverflowError:
-            return
-        zero = not re.search('[1-9a-fA-F]', re.split('[eEpP]', text.lower().replace('0x', ''))[0])
-        if value == 0.0 and zero or _LEAST_NORMAL <= abs(value) < float('inf'):
-            yield value
+            return text
+        if _LEAST_NORMAL <= abs(number) < float('inf') or number == 0.0 and _ZERO.fullmatch(text):
+            return number
+    return text

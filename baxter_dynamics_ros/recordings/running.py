@@ -1,4 +1,4 @@
-"""Sums that run along with a recording, so that its length costs no memory."""
+"""Running statistics of a recording, in memory that does not grow with it."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ..model.joints import N_JOINTS
 
 
 class RunningErrors:
-    """Errors of a predicted effort, block after block."""
+    """Running error statistics of a predicted effort."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -17,7 +17,7 @@ class RunningErrors:
         self._scatter = np.zeros((2, 2, N_JOINTS))  # sums of products about the mean [N^2 m^2]
 
     def add(self, measured: Array, predicted: Array) -> None:
-        """Take n samples of measured and predicted effort, each (n, 7) [N m]."""
+        """Add n samples of measured and predicted effort, each (n, 7) [N m]."""
         n = len(measured)
         if not n:
             return
@@ -28,12 +28,12 @@ class RunningErrors:
                     np.einsum('anj,bnj->abj', about, about))
 
     def include(self, other: 'RunningErrors') -> None:
-        """Take all that another has taken."""
+        """Add the samples of another."""
         if other._count:
             self._merge(other._count, other._absolute, other._mean, other._scatter)
 
     def _merge(self, count: int, absolute: Array, mean: Array, scatter: Array) -> None:
-        """Pool two sets of moments (Chan, Golub and LeVeque 1979): nothing cancels."""
+        """Pool two sets of moments without cancellation (Chan, Golub and LeVeque 1979)."""
         total = self._count + count
         shift = mean - self._mean
         self._scatter += scatter + shift[:, None] * shift[None] * (self._count * count / total)
@@ -42,7 +42,7 @@ class RunningErrors:
         self._count = total
 
     def result(self) -> 'ErrorStatistics | None':
-        """Return the statistics; None where nothing was taken."""
+        """Return the statistics; None without samples."""
         if not self._count:
             return None
         error = self._mean[0] - self._mean[1]
@@ -59,20 +59,20 @@ class RunningErrors:
 
 
 class RunningSquares:
-    """RMS of several signals, block after block."""
+    """Running RMS of several signals."""
 
     def __init__(self) -> None:
         self._count = 0
         self._squares: dict[str, Array] = {}
 
     def add(self, **signals: Array) -> None:
-        """Take n samples of each signal, (n, 7)."""
+        """Add n samples of each signal, (n, 7)."""
         for name, values in signals.items():
             self._squares[name] = self._squares.get(name, 0.0) + (values * values).sum(0)
         self._count += len(values)
 
     def include(self, other: 'RunningSquares') -> None:
-        """Take all that another has taken."""
+        """Add the samples of another."""
         for name, squares in other._squares.items():
             self._squares[name] = self._squares.get(name, 0.0) + squares
         self._count += other._count

@@ -1,4 +1,4 @@
-"""How regular a recording's stamps are: their period, lost messages, distance from the grid."""
+"""Regularity of a recording's stamps: period, lost messages, deviation from a grid."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 from ..estimation.continuity import GAP
 from ..model.arrays import Array, Indices
 
-_FEW = 20  # intervals that say nothing
+_FEW = 20  # intervals below which nothing can be concluded
 
 
 class StampStatistics(NamedTuple):
@@ -15,14 +15,14 @@ class StampStatistics(NamedTuple):
 
     duration: float  # time covered, without gaps [s]
     rate: float  # stamps per second in that time [Hz]
-    period: float  # of the grid [s]; zero where there are too few stamps
+    period: float  # of the grid [s]; zero if there are too few stamps
     irregularity: float  # RMS distance of an interval from the grid, as a share of the period
     lost: int  # points of the grid without a stamp, gaps left out
 
 
 class StampClock:
     """
-    Collects stamps and makes a time axis of them.
+    Stamp statistics, and a time axis without jumps back.
 
     The robot's own stamps lie on a grid, however many messages are lost; times of arrival do not.
     """
@@ -33,7 +33,7 @@ class StampClock:
         self._intervals: list[Array] = []  # [s]
 
     def elapsed(self, stamps_ns: Indices) -> Array:
-        """Return the time since the first stamp (n,) [s]; it stands still where stamps go back."""
+        """Return the time since the first stamp (n,) [s], constant where stamps go back."""
         first = stamps_ns[0] if self._last is None else self._last
         dt: Array = np.diff(stamps_ns, prepend=first) * 1e-9
         self._last = stamps_ns[-1]
@@ -49,7 +49,7 @@ class StampClock:
         rate = len(dt) / duration if duration else 0.0
         if len(dt) < _FEW:
             return StampStatistics(duration, rate, 0.0, 0.0, 0)
-        # Where most messages are lost, the median is a multiple of the period.
+        # If most messages are lost, the median is a multiple of the period.
         irregularity, period = min(
             _distance(dt, float(np.quantile(dt, share))) for share in (0.5, 0.05))
         steps = np.maximum(np.rint(dt / period), 1.0)
@@ -57,6 +57,6 @@ class StampClock:
 
 
 def _distance(dt: Array, period: float) -> tuple[float, float]:
-    """Return the RMS distance of intervals from multiples of a period, in periods, and it."""
+    """Return the RMS distance of intervals from multiples of a period, in periods; and it."""
     steps = dt / period
     return float(np.sqrt(np.mean((steps - np.maximum(np.rint(steps), 1.0)) ** 2))), period

@@ -1,5 +1,5 @@
-r"""
-Lag and scale of the measured velocity with respect to the position.
+"""
+Lag and scale of the measured velocity relative to the position.
 
 A velocity that is ``lag`` seconds old integrates to less than the change of position by ``lag``
 times the change of velocity: a straight line, fitted over intervals of one second, in which
@@ -14,10 +14,10 @@ import numpy as np
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
-TRAVEL = 0.05  # a joint that stays within this range does not move [rad]
+TRAVEL = 0.05  # range of position within which a joint counts as at rest [rad]
 
-_INTERVAL = 1.0  # over which the velocity is integrated [s]
-_SLOPE = 0.02  # on either side, for the slope of the position [s]
+_INTERVAL = 1.0  # of the integration of velocity [s]
+_SLOPE = 0.02  # half the interval of the slope of position [s]
 _BREAK = 0.15  # time between samples that ends a segment [s]
 
 
@@ -86,7 +86,7 @@ class VelocitySums:
         return Lag(value, spread / float(np.sqrt(moves.sum())), lags)
 
     def scale(self) -> float:
-        """Return travel over integrated velocity, the median over joints; NaN if unknown."""
+        """Return travel over integrated velocity, as median over the joints; NaN if unknown."""
         product, square = self._scale
         moves = square > 1e-3 * square.max()
         return float(np.median(product[moves] / square[moves])) if square.any() else np.nan

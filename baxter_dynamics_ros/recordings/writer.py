@@ -1,11 +1,11 @@
-"""Write joint states, such as a recording's predictions, to a new rosbag2 folder."""
+"""Writer of joint states, such as predictions for a recording, to a new rosbag2 folder."""
 
 from collections.abc import Iterable
 from contextlib import ExitStack
 import os
 from pathlib import Path
 import struct
-from types import TracebackType
+from typing import Any
 
 import numpy as np
 from rosbags.interfaces import Connection
@@ -25,9 +25,9 @@ _TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 class BagWriter:
     """
-    Writer of a new rosbag2 folder (MCAP), which appears when it is complete or not at all.
+    Writer of a new rosbag2 folder (MCAP); a context manager.
 
-    A context manager: the folder appears when the block ends without an exception.
+    The folder appears when the block ends without an exception.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ class BagWriter:
 
     Raises
     ------
-    BaxterDynamicsError
-        If the folder exists or cannot be written; also from its methods.
+    BagError
+        If the folder exists or cannot be written; also from the methods.
 
     """
 
@@ -53,16 +53,15 @@ class BagWriter:
         """Begin a hidden folder beside the target."""
         with ExitStack() as stack:
             stage = stack.enter_context(staged(self.path.parent, self.path.name))
-            stack.callback(self._refuse_existing)  # may have been created meanwhile
+            stack.callback(self._refuse_existing)  # it may have been created meanwhile
             self._writer = stack.enter_context(Writer(
                 stage / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP))
             self._stack = stack.pop_all()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
+    def __exit__(self, *exception: Any) -> None:
         """Complete the folder, or remove it after an exception."""
-        self._stack.__exit__(kind, error, trace)
+        self._stack.__exit__(*exception)
 
     def joint_state(self, topic: str, stamp_ns: int, names: Iterable[str], position: ArrayLike,
                     velocity: ArrayLike = (), effort: ArrayLike = (),
@@ -76,7 +75,7 @@ class BagWriter:
             Topic name.
         stamp_ns : int
             Header stamp [ns].
-        names : sequence of str
+        names : iterable of str
             Joint names.
         position, velocity, effort : array_like
             Values [rad], [rad/s], [N m] in the order of names; may be empty.
@@ -87,12 +86,12 @@ class BagWriter:
 
         """
         types = _TYPES.types
-        values = [np.ascontiguousarray(array, dtype=float) for array in (
-            position, velocity, effort)]
         try:
-            stamp = types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9))
             message = types[JOINT_STATE](
-                types['std_msgs/msg/Header'](stamp, frame), list(names), *values)
+                types['std_msgs/msg/Header'](
+                    types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame),
+                list(names), *(np.ascontiguousarray(array, dtype=float)
+                               for array in (position, velocity, effort)))
             raw = _TYPES.serialize_cdr(message, JOINT_STATE)
             if topic not in self._connections:
                 self._connections[topic] = self._writer.add_connection(
@@ -110,18 +109,18 @@ class BagWriter:
 def save_predictions(recording: Recording, settings: PredictorSettings, writer: BagWriter,
                      node: str) -> None:
     """
-    Write what the node would publish for a recording: prediction, residual and external effort.
+    Write predicted effort, residual and external effort as the node would publish them.
 
     Parameters
     ----------
     recording : Recording
         Open recording of one arm.
     settings : PredictorSettings
-        The node's settings.
+        Settings of the node.
     writer : BagWriter
         Open writer.
     node : str
-        The node's name with its namespace, below which the topics are.
+        Name of the node with its namespace; the topics are below it.
 
     """
     predictor = settings.predictor(external=True)

@@ -95,7 +95,7 @@ def test_a_wrong_period_is_named(robot, factor, text):
 
 def test_velocities_in_degrees_per_second_no_baxter_has(sound):
     altered = sound.changed(lambda q, v, e: (q, np.degrees(v), e))
-    with pytest.raises(CalibrationError, match='are they in rad, rad/s, N m'):
+    with pytest.raises(CalibrationError, match='check the units, which must be rad, rad/s'):
         calibrate([altered])
 
 

@@ -82,7 +82,7 @@ def test_a_process_says_on_stderr_what_is_wrong_and_nothing_else(
         code: code for code in processes}, said
     out, err = said[0]
     assert err == '' and out.splitlines()[-1] == f'report: {tmp_path}/r\\udce9/report.html'
-    assert said[1] == ('', 'baxter_dynamics evaluate: none: there is no such file or folder\n')
+    assert said[1] == ('', 'baxter_dynamics evaluate: none: no such file or folder\n')
     assert said[2][0] == '' and "invalid choice: 'middle'" in said[2][1]
 
 

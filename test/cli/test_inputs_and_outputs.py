@@ -14,8 +14,8 @@ COMMAND = [sys.executable, '-m', 'baxter_dynamics_ros.cli.main']
 
 
 @pytest.mark.parametrize('change, told', [
-    (lambda i, stamp: 0, '300 of 300 messages have no stamp: their times of recording are used'),
-    (lambda i, stamp: 10**18, 'the stamps stand still: the times of recording are used'),
+    (lambda i, stamp: 0, '300 of 300 messages have no stamp: using times of recording'),
+    (lambda i, stamp: 10**18, 'all stamps are the same: using times of recording'),
     (lambda i, stamp: 0 if i < 100 else stamp + 1000, '100 of 300 messages have no stamp'),
 ], ids=['zero', 'still', 'some zero'])
 def test_unusable_stamps_are_replaced_by_times_of_recording(
@@ -35,8 +35,8 @@ def test_lost_messages_are_not_times_of_arrival(command, make_bag, moving_arm, t
     code, out, _ = command('evaluate', make_bag(messages), '--output', tmp_path / 'report')
     assert code == 0 and 'times of arrival' not in out
     (lost,) = [line for line in out.splitlines() if 'messages are lost' in line]
-    assert lost == (f'warning: run: {600 - len(messages)} messages are lost: the stamps have a '
-                    'period of 10.0 ms, with holes')
+    assert lost == (f'warning: run: {600 - len(messages)} messages are lost: stamps are missing '
+                    'from their regular period of 10.0 ms')
 
 
 def test_the_arm_is_found_behind_other_messages(command, make_bag, moving_arm, tmp_path):

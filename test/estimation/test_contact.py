@@ -43,13 +43,6 @@ def test_threshold_is_the_larger_of_floor_and_k_sigma(rng):
     np.testing.assert_allclose(detector.bias, REST, atol=0.7)
 
 
-def test_begins_careful_and_comes_down():
-    detector = ContactDetector()
-    np.testing.assert_allclose(detector.threshold, 2.0 * FLOOR)
-    play(detector, still(SETTLING + 8.0))
-    np.testing.assert_array_equal(detector.threshold, FLOOR)
-
-
 @pytest.mark.parametrize('joint', range(7))
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_push_on_a_joint_is_contact_of_that_joint(detector, joint, sign):
@@ -174,13 +167,6 @@ def test_what_is_beyond_the_limit_stays_contact(detector):
     assert found[1:].all()
     assert not play(detector, still(1.0))[-1]
     np.testing.assert_array_equal(detector.threshold, FLOOR)
-
-
-def test_a_push_of_a_second_is_no_reason_to_doubt(detector):
-    for push in (1.2, 2.0, 4.0):
-        assert play(detector, still(1.0, REST + push * FLOOR))[2:].all()
-        play(detector, still(5.0))
-        np.testing.assert_array_equal(detector.threshold, FLOOR)
 
 
 def test_while_the_observer_settles_nothing_is_contact_or_learnt():

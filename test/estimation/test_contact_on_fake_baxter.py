@@ -50,7 +50,9 @@ def test_every_push_is_contact_soon_and_until_it_ends(trajectory, rate, model):
     assert (benchmark.shares(motion, contact, PLAN) >= 0.99).all()
     for push in PLAN:
         after = motion.times - push.begin - benchmark.LENGTH
-        assert not contact[(after > 0.7) & (after < 1.5)].any()
+        # The arm swings back from a hard push.
+        swings = 0.6 if np.abs(push.force).max() <= 10.0 else 0.85  # [s]
+        assert not contact[(after > swings) & (after < 1.5)].any()
 
 
 @TRAJECTORIES

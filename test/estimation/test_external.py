@@ -62,17 +62,6 @@ def test_a_push_is_external_effort_and_its_negative_is_residual():
     assert externals[-1].joints[:4].all() and not externals[99].joints.any()
 
 
-def test_it_follows_a_push_in_the_time_of_the_gain():
-    settings = PredictorSettings({'external_effort.gain': 4.0})
-    _, externals = play(settings.predictor(external=True), measured(settings, 2.0, 0.002, PUSH))
-    stamps = np.array([external.stamp_ns for external in externals if external])
-    r = efforts(filter(None, externals))
-    since = (stamps - START) * 1e-9 - 1.0
-    after = since > 0.0
-    expected = np.outer(1 - np.exp(-4.0 * since[after]), PUSH)
-    assert np.abs(r[after] - expected).max() < 0.01 * np.abs(PUSH).max()
-
-
 def test_its_stamp_is_as_much_earlier_as_the_velocity_lags():
     settings = PredictorSettings()
     messages = measured(settings, 1.0)
@@ -189,7 +178,7 @@ def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
 @pytest.mark.parametrize('others', [False, True], ids=['0.6 s old', 'of another publisher'])
 def test_a_stray_message_every_0_4_s_costs_no_more_than_itself(others):
     settings = PredictorSettings()
-    messages = measured(settings, 8.0, external=2.0 * PUSH)
+    messages = measured(settings, external=2.0 * PUSH)
     contact = []
     predictor = settings.predictor(external=True)
     for k, message in enumerate(messages):
@@ -197,7 +186,7 @@ def test_a_stray_message_every_0_4_s_costs_no_more_than_itself(others):
             assert play(predictor, [stray(message, others)])[1] == [None]
         contact.append(play(predictor, [message])[1][0])
     assert all(external.contact for external in contact[115:])
-    assert predictor.counts[Event.UNCONFIRMED] == 20
+    assert predictor.counts[Event.UNCONFIRMED] == 10
 
 
 def test_a_weak_push_is_still_contact_after_a_gap():
@@ -236,16 +225,6 @@ def test_without_velocity_it_uses_the_slope_of_the_positions():
     _, externals = play(
         settings.predictor(external=True), measured(settings, external=PUSH, velocity=False))
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.1)
-
-
-def test_messages_that_are_dropped_give_none():
-    settings = PredictorSettings()
-    predictor = settings.predictor(external=True)
-    messages = measured(settings, 1.0)
-    play(predictor, messages)
-    assert predictor.handle(
-        messages[-1][0], joint_names('left'), *messages[-1][1:]).external is None
-    assert predictor.counts['external'] == len(messages) - 2
 
 
 def test_it_is_not_asked_for_unless_wanted():

@@ -29,8 +29,8 @@ def effort(t: np.ndarray) -> np.ndarray:
 
 
 def stamps(rate: float, jitter: float = 0.0) -> np.ndarray:
-    """Return 12 s of stamps whose steps vary by ``jitter`` of the period."""
-    n = int(12 * rate)
+    """Return 6 s of stamps whose steps vary by ``jitter`` of the period."""
+    n = int(6 * rate)
     steps = 1 + jitter * np.random.default_rng(2).uniform(-1.0, 1.0, n)
     return 100.0 + np.cumsum(steps) / rate
 
@@ -59,7 +59,8 @@ def error(motions, name: str, wanted: np.ndarray) -> float:
 @pytest.mark.parametrize('t', STAMPS.values(), ids=STAMPS.keys())
 def test_aligned_estimate_is_the_motion_at_its_instant(t):
     now, motions = estimate(t, MotionEstimator(5.0, VELOCITY_LAG, align=True))
-    then = now - [motion.delay for motion in motions]
+    np.testing.assert_allclose([motion.delay for motion in motions], VELOCITY_LAG + FILTER_DELAY)
+    then = now - (VELOCITY_LAG + FILTER_DELAY)
     q, qd, qdd = trajectory(then)
     assert error(motions, 'q', q) < 1e-3
     assert error(motions, 'qd', qd) < 4e-3
@@ -67,37 +68,12 @@ def test_aligned_estimate_is_the_motion_at_its_instant(t):
     assert error(motions, 'effort', effort(then)) < 1e-3
 
 
-@pytest.mark.parametrize('t', STAMPS.values(), ids=STAMPS.keys())
-def test_alignment_makes_the_difference(t):
-    aligned, unaligned = (
-        error(motions, 'qdd', trajectory(now - [motion.delay for motion in motions])[2])
-        for now, motions in (estimate(t, MotionEstimator(5.0, VELOCITY_LAG, align))
-                             for align in (True, False)))
-    assert aligned < unaligned / 50
-
-
-@pytest.mark.parametrize('lag', [0.0, 0.007, 0.030])
-def test_another_velocity_lag_misaligns(lag):
-    def of(lag):
-        now, motions = estimate(STAMPS['100 Hz'], MotionEstimator(5.0, lag, align=True))
-        return error(motions, 'qd', trajectory(now - [motion.delay for motion in motions])[1])
-
-    assert of(lag) > 4 * of(VELOCITY_LAG)
-
-
-def test_delay_is_the_sum_of_the_lags():
-    estimator = MotionEstimator(5.0, VELOCITY_LAG, align=True)
-    assert estimator.delay == pytest.approx(VELOCITY_LAG + FILTER_DELAY, rel=1e-12)
-    _, motions = estimate(STAMPS['100 Hz'], estimator)
-    assert {motion.delay for motion in motions} == {estimator.delay}
-
-
 def test_unaligned_estimate_has_the_newest_values():
     estimator = MotionEstimator(5.0, VELOCITY_LAG, align=False)
     assert estimator.delay == 0.0
     now, motions = estimate(STAMPS['100 Hz'], estimator)
     assert {motion.delay for motion in motions} == {0.0}
-    for i in (0, 500, -1):
+    for i in (0, 250, -1):
         np.testing.assert_array_equal(motions[i].q, trajectory(now)[0][i])
         np.testing.assert_array_equal(motions[i].qd, trajectory(now - VELOCITY_LAG)[1][i])
         np.testing.assert_array_equal(motions[i].effort, effort(now)[i])
@@ -105,10 +81,9 @@ def test_unaligned_estimate_has_the_newest_values():
     assert error(motions, 'qdd', lagging) < 1e-2
 
 
-@pytest.mark.parametrize('align', [True, False])
-@pytest.mark.parametrize('t', STAMPS.values(), ids=STAMPS.keys())
-def test_estimates_are_withheld_until_settled(t, align):
-    estimator = MotionEstimator(5.0, VELOCITY_LAG, align)
+@pytest.mark.parametrize('name, align', [('100 Hz', False), ('half a period of jitter', True)])
+def test_estimates_are_withheld_until_settled(name, align):
+    t, estimator = STAMPS[name], MotionEstimator(5.0, VELOCITY_LAG, align)
     now, _ = estimate(t, estimator)
     assert estimator.settling_time == pytest.approx(SETTLED, rel=1e-12)
     np.testing.assert_array_equal(now, t[t - t[0] >= SETTLED])

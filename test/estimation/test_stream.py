@@ -54,16 +54,6 @@ def test_a_sample_is_the_state_and_the_step_to_it(stream):
     assert stream.counts == {'received': 4, 'taken': 4}
 
 
-@pytest.mark.parametrize('order', [1, -1], ids=['joint order', 'reversed'])
-def test_the_arm_is_picked_by_name_among_others(order):
-    for side in ('right', 'left'):
-        names = (joint_names('left') + ('torso_t0',) + joint_names('right'))[::order]
-        values = np.arange(15) * 0.1
-        sample = take(Stream(side, 'auto'), 0, values, values, values, names)
-        wanted = [values[names.index(name)] for name in joint_names(side)]
-        np.testing.assert_array_equal(sample.state.q, wanted)
-
-
 def test_zero_is_a_stamp_like_any_other():
     stream = Stream('right', 'auto')  # whoever knows a clock must replace it
     assert stream.take(0, RIGHT, Q, QD, EFFORT).state.stamp_ns == 0
@@ -80,12 +70,6 @@ def test_what_is_missing_is_counted_and_the_rest_taken(message, event, field):
     samples = [take(stream, 10 * MS * i, **message) for i in range(3)]
     assert all(getattr(sample.state, field) is None for sample in samples)
     assert stream.counts == {'received': 3, 'taken': 3, event: 3}
-
-
-def test_one_joint_with_effort_is_measured_effort(stream):
-    one = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.004])
-    np.testing.assert_array_equal(take(stream, 10 * MS, effort=one).state.effort, one)
-    assert not stream.counts[Event.EFFORT_ALL_ZERO]
 
 
 def test_no_velocity_of_an_arm_at_rest_is_none(stream):
@@ -135,54 +119,12 @@ def test_one_of_the_reasons_to_start_anew_is_counted(stream, after, change, even
     assert stream.counts['taken'] == 3
 
 
-@pytest.mark.parametrize('after, event', [(-100, Event.OUT_OF_ORDER), (0, Event.DUPLICATE)])
-def test_late_and_repeated_messages_are_dropped(stream, after, event):
-    before = stream.latest
-    assert [take(stream, after * MS) for _ in range(4)] == [None] * 4
-    assert stream.counts == {'received': 5, 'taken': 1, event: 4}
-    assert stream.latest is before
-
-
 def test_new_data_at_the_last_stamp_are_a_sample_without_a_step():
     stream = Stream('right', 'header')
     take(stream, 0)
     sample = take(stream, 0, effort=EFFORT + 1.0)
     assert sample.dt == 0.0 and not sample.begins
     assert stream.counts == {'received': 2, 'taken': 2, Event.REPEATED_STAMP: 1}
-
-
-@pytest.mark.parametrize('mode', MODES)
-@pytest.mark.parametrize('seed', range(5))
-def test_each_message_is_taken_or_dropped(mode, seed):
-    random = np.random.default_rng(seed)
-    stream = Stream('right', mode)
-    latest, samples, stamp = None, 0, 0
-    for _ in range(600):
-        stamp += int(random.choice([10 * MS] * 20 + [0, 0, 10 ** 5, -100 * MS, -MS, -800 * MS,
-                                                     260 * MS]))
-        message = {'q': Q + random.choice([0.0, 0.01, 0.3], p=[0.6, 0.35, 0.05])}
-        if random.random() < 0.1:
-            message |= random.choice(list(FAULTS.values()))
-        if random.random() < 0.1:
-            message['effort'] = EMPTY
-        dropped = sum(stream.counts[event] for event in DROPPED)
-        sample = take(stream, stamp, **message)
-        if sum(stream.counts[event] for event in DROPPED) > dropped:
-            assert sample is None and stream.latest is latest
-        else:
-            assert stream.latest is not latest
-        latest = stream.latest
-        if sample is not None:
-            samples += 1
-            assert sample.state is latest
-            assert sample.dt >= 0.0
-    counts = stream.counts
-    assert counts['received'] == 600
-    assert counts['taken'] + sum(counts[event] for event in DROPPED) == 600
-    assert counts['taken'] > 350
-    if mode == 'header':
-        assert samples == counts['taken']
-    assert sum(counts[event] for event in DROPPED) > 40
 
 
 # ---- re-timed stamps
@@ -214,29 +156,6 @@ def test_stamps_are_the_clocks(mode):
         assert stream.counts == {'received': 600, 'taken': 600,
                                  Event.AWAITING_PERIOD: begun[0]}
     assert 90 < begun[-1] < 130 and len(begun) == (2 if mode == 'auto' else 1)
-
-
-def test_samples_are_withheld_until_there_is_a_line():
-    stream = Stream('right', 'arrival')
-    samples = even(stream)
-    first = next(i for i, sample in enumerate(samples) if sample is not None)
-    assert samples[:first] == [None] * first and 95 < first < 105
-    assert samples[first].begins
-    assert not any(sample.begins for sample in samples[first + 1:])
-    assert stream.counts == {'received': LOCKED, 'taken': LOCKED, Event.AWAITING_PERIOD: first}
-
-
-@pytest.mark.parametrize('after, event', [(1000, Event.RESET_GAP),
-                                          (-1000, Event.RESET_CLOCK_JUMP)])
-def test_another_clock_restarts_the_line_and_both_are_counted(after, event):
-    stream = Stream('right', 'arrival')
-    assert even(stream)[-1] is not None
-    samples = even(stream, since=LOCKED + after // 10)
-    first = next(i for i, sample in enumerate(samples) if sample is not None)
-    assert 95 < first < 105 and samples[first].begins
-    assert stream.counts.pop(Event.AWAITING_PERIOD) > first
-    assert stream.counts == {'received': 2 * LOCKED, 'taken': 2 * LOCKED - 1, event: 1,
-                             Event.UNCONFIRMED: 1, Event.RESET_RESYNC: 1}
 
 
 def test_a_reset_while_samples_are_withheld_costs_no_second_one():

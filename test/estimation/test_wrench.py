@@ -230,13 +230,3 @@ def test_never_withheld_on_the_papers_trajectories(trajectory):
         force, torque = noise(hand.jacobian(reference.q))
         assert force < 0.6
         assert torque < 0.3
-
-
-@pytest.mark.parametrize('file, share', [('baxter_left_arm_tracking', 0.0),
-                                         ('baxter_point_to_point', 0.34)])
-def test_share_of_the_recordings_that_is_withheld(recordings, file, share):
-    with np.load(recordings / f'{file}.npz') as data:
-        positions = data['position'][::20]
-    hand = mounted()
-    withheld = [hand_wrench(hand.jacobian(q), np.ones(7)) is None for q in positions]
-    assert np.mean(withheld) == pytest.approx(share, abs=0.02)

@@ -20,7 +20,6 @@ pytest.importorskip('baxter_dynamics_interfaces.srv',
                     reason='needs pip install ./baxter_dynamics_interfaces')
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-DOCUMENT = (REPOSITORY / 'docs' / 'examples.md').read_text(encoding='utf-8')
 TIME_LIMIT = 40.0  # [s]
 NUMBER = re.compile(r'(?<![\w.])[+-]?\d+(?:\.\d+)?')
 LOAD = np.array([1.0, 0.03, -0.02, 0.1])  # payload: mass [kg] and centre of mass [m]
@@ -106,18 +105,6 @@ def start(predictor):
         yield lambda *words: stack.enter_context(Example(*words, environment=os.environ))
 
 
-def skeleton(text):
-    """Return a text's lines with all numbers alike."""
-    return NUMBER.sub('0', text).split('\n')
-
-
-def documented(name):
-    """Return the output that the documents show below an example's command."""
-    section = re.split(rf'^python examples/{name}\.py.*\n```\n', DOCUMENT, flags=re.MULTILINE)
-    assert len(section) == 2, f'{name} is not at the end of a block'
-    return re.search(r'```text\n(.*?)```', section[1], re.DOTALL)[1]
-
-
 def moved(text):
     """Return the joints' drift [mrad] that gravity_compensation prints."""
     return {line.split()[0]: float(line.split()[1]) for line in text.splitlines()[1:]}
@@ -125,7 +112,6 @@ def moved(text):
 
 def test_gravity_compensation_holds_the_arm(start):
     text = start('gravity_compensation', '--duration', '2').finish()
-    assert skeleton(text) == skeleton(documented('gravity_compensation'))
     assert int(text.split()[0]) > 0  # torques
     drift = moved(text)
     assert list(drift) == list(JOINTS)
@@ -159,14 +145,10 @@ def test_contact_warning_prints_begin_and_end_of_contact(start, predictor):
         os.kill(predictor.pid, signal.SIGCONT)
     warning.process.send_signal(signal.SIGINT)
     assert 'Traceback' not in warning.finish()
-    kinds = {re.sub(r': .*', '', line) for line in skeleton(documented('contact_warning'))}
-    assert {re.sub(r': .*', '', line) for line in skeleton(warning.output)} <= kinds | {
-        'no messages for 0 s'}
 
 
 def test_a_payload_is_found_from_three_postures(finding_a_payload):
     text = finding_a_payload.finish()
-    assert skeleton(text) == skeleton(documented('payload_from_three_poses'))
     mass, _, x, _, y, _, z, _ = map(float, NUMBER.findall(text.splitlines()[0]))
     np.testing.assert_allclose([mass, x, y, z], LOAD, atol=0.02)
     assert f'payload.mass {mass:.3f}' in text

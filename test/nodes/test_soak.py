@@ -43,9 +43,9 @@ def test_the_stream_handler_keeps_nothing(soak):
     traced = []
     tracemalloc.start()
     try:
-        for k, message in enumerate(soak.messages(600)):
+        for k, message in enumerate(soak.messages(1600)):
             predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
-            if k in (299, 599):
+            if k in (1299, 1599):  # the history is full after 0.7 s
                 traced.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()

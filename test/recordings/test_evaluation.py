@@ -71,8 +71,8 @@ def test_statistics_are_those_of_the_handlers_predictions(values):
 
 
 def test_blocks_are_the_handlers_predictions():
-    seen = []
-    Evaluator(CALIBRATED).evaluate(Recording(), lambda *pair: seen.append(pair))
+    predictor = PredictorSettings(CALIBRATED).predictor()
+    seen = [(block, predictor.predict(block.estimate)) for block in play(Recording(), predictor)]
     expected = reference(CALIBRATED, Recording())
     for field in ('stamp_ns', 'q', 'qd', 'qdd', 'tau', 'effort', 'residual'):
         np.testing.assert_allclose(
@@ -110,12 +110,10 @@ def test_estimators_are_told_apart():
 
 
 def test_terms_add_up():
-    recording, sums = Recording(), []
-    evaluator = Evaluator(CALIBRATED)
     settings = PredictorSettings(CALIBRATED)
-    found = evaluator.evaluate(recording, lambda block, p: sums.append((block.estimate, p)))
-    estimates = [np.concatenate([getattr(e, f) for e, _ in sums]) for f in ('q', 'qd', 'qdd')]
-    q, qd, qdd = estimates
+    found = Evaluator(CALIBRATED).evaluate(Recording())
+    blocks = [block.estimate for block in play(Recording(), settings.predictor())]
+    q, qd, qdd = (np.concatenate([getattr(e, f) for e in blocks]) for f in ('q', 'qd', 'qdd'))
     mass, coriolis, gravity = settings.arm.terms(q, qd)
     inertial = (mass @ qdd[..., None])[..., 0]
     np.testing.assert_allclose(found.shares['inertial'], np.sqrt((inertial ** 2).mean(0)))

@@ -94,7 +94,7 @@ def test_compressed_files_are_read(make_bag, tmp_path):
 @pytest.mark.parametrize('options, reason', [
     ({'encoding': 'json'}, f'the joint states on {TOPIC} are encoded as json; only CDR and ROS 1'),
     ({'schema': ('foxglove.JointStates', 'protobuf'), 'encoding': 'protobuf'},
-     f'no topic holds joint states; there are {TOPIC}$'),
+     f'no topic has joint states; there are {TOPIC}$'),
     ({'change': lambda raw: bytes(raw)[:-20]}, f'{TOPIC}: the message received at .* is not a '),
 ])
 def test_other_encodings_are_refused_with_the_reason(rewrite, options, reason):

@@ -85,7 +85,7 @@ def test_comments_of_any_kind_stay_comments(tmp_path, comment):
     (HEAD + ''.join(f'    &a{i} x{i}: [*a{i - 1}, *a{i - 1}]\n' for i in range(1, 40)),
      'aliases are not supported, at line 3'),
     (HEAD + ''.join(f'    p{i}: 1\n' for i in range(8_000)), None),
-    (b' ' * 300_000, '300000 bytes are too many for a parameter file'),
+    (b' ' * 300_000, '300000 bytes is too large for a parameter file'),
 ], ids=lambda value: ascii(value[-20:]) if value else 'many')
 def test_bad_files_are_refused_in_a_line_within_a_second(tmp_path, text, problem):
     path = tmp_path / 'p.yaml'
@@ -109,7 +109,7 @@ def test_only_regular_files_are_read(tmp_path, closed):
             read_parameters(path)
     with open(tmp_path / 'large', 'wb') as file:
         file.truncate(5 << 30)
-    with pytest.raises(BaxterDynamicsError, match='5368709120 bytes are too many'):
+    with pytest.raises(BaxterDynamicsError, match='5368709120 bytes is too large'):
         read_parameters(tmp_path / 'large')
     with pytest.raises(BaxterDynamicsError, match='none.yaml: cannot be read .No such file'):
         read_parameters(tmp_path / 'none.yaml')
@@ -128,4 +128,4 @@ def test_ignored_parameters_are_reported(tmp_path):
     assert lines == [
         f'{tmp_path}/p.yaml: ignoring publish_rate: not parameters of the predictor',
         f'{tmp_path}/q.yaml: no parameters for /torque_predictor, only for /r/torque_predictor: '
-        'the defaults are used']
+        'using the defaults']

@@ -111,11 +111,11 @@ def assert_refused(path, reason, **options):
     ({'effort': None}, 'cannot be read as .npz; is it complete?'),
     ({'effort': np.zeros((7, 7))}, r'effort must have 8 rows of 7 numbers .*\(7, 7\)$'),
     ({'velocity': np.full((8, 7), 'fast')}, 'velocity must have 8 rows of 7 numbers .*, is <U'),
-    ({'joint_names': RIGHT[:6] + LEFT[:1]}, "spiral holds both arms' joints: choose --arm right"),
+    ({'joint_names': RIGHT[:6] + LEFT[:1]}, "spiral has both arms' joints: choose --arm right"),
     ({'joint_names': list('abcdefg')}, 'spiral has no joints of an arm, only a, b, c, d, '),
     ({'recording': np.repeat([0, 3, -1], [5, 2, 1])},
      '3 of 8 rows belong to recording 3, but recording_names has 3 names'),
-    ({'recording': np.zeros(8)}, 'recording must have 8 whole numbers, is float64'),
+    ({'recording': np.zeros(8)}, 'recording must have 8 integers, is float64'),
     ({'stamp': np.full(8, np.inf)}, 'stamp must have 8 numbers of seconds'),
     ({'stamp': np.zeros(3)}, 'stamp must have 8 numbers of seconds'),
 ], ids=str)
@@ -139,7 +139,7 @@ def test_declared_sizes_are_checked_before_unpacking(contents, save, size):
                 'shape': (size or 1 << 21, 7), 'fortran_order': False, 'descr': '<f8'})
             for _ in range(0 if size else 112):
                 file.write(bytes(1 << 20))
-    assert_refused(path, 'other.npy declares 5.6e.13 bytes and has' if size
+    assert_refused(path, 'other.npy declares 5.6e.13 bytes but has' if size
                    else r'other.npy would unpack from \d+ to 117440\d+ bytes')
 
 
@@ -167,8 +167,8 @@ def test_bags_and_arrays_in_the_order_given(make_bag, contents, save):
 def test_paths_are_checked_before_work_begins(make_bag, tmp_path):
     bag = make_bag([('/a', 10**18, (10**18, RIGHT, *np.zeros((3, 7))))])
     os.mkfifo(tmp_path / 'pipe.mcap')
-    for path, reason in {tmp_path / 'none': 'there is no such file', tmp_path / 'none.npz':
-                         'there is no such file', tmp_path / 'pipe.mcap': 'is neither a file',
+    for path, reason in {tmp_path / 'none': 'no such file', tmp_path / 'none.npz':
+                         'no such file', tmp_path / 'pipe.mcap': 'is neither a file',
                          '/dev/zero': 'is neither a file nor a folder'}.items():
         with pytest.raises(BagError, match=f'^{path}: {reason}'):
             open_recordings([bag, path])

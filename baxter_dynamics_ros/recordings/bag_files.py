@@ -1,0 +1,185 @@
+"""Files of a bag, read by the libraries mcap and rosbags: channels, and messages as recorded."""
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from mcap.reader import NonSeekingReader, SeekingReader
+from rosbags.interfaces import ConnectionExtRosbag2
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag2 import Reader as Ros2Reader
+import zstandard
+
+from .diagnosis import read_metadata, refuse_special_file
+
+
+class Channel(NamedTuple):
+    """Messages of one type on a topic, from one publisher, in one file."""
+
+    topic: str
+    kind: str  # type as ROS 2 writes it, 'package/msg/Name'
+    encoding: str  # 'cdr', 'ros1' or another one
+    count: int  # type: ignore[assignment]  # messages; a tuple has a method of that name
+    id: int  # unique in the file
+    file: int = 0  # index of the file in the bag
+
+
+class BagFiles:
+    """
+    Open files of a bag: a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
+
+    Parameters
+    ----------
+    path : Path
+        The bag.
+
+    Attributes
+    ----------
+    channels : list of Channel
+        Channels with messages.
+
+    Raises
+    ------
+    BagError
+        If a file is a pipe, a device or a socket.
+    Exception
+        Any exception that the libraries raise for a damaged file; also while reading messages.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.channels: list[Channel] = []
+        self._files: list[_McapFile | _RosbagsFile] = []
+        self._is_compressed = False  # message by message
+        with ExitStack() as stack:
+            if path.is_dir():
+                metadata = read_metadata(path)
+                self._is_compressed = metadata.is_compressed
+                for name in metadata.files:
+                    self._open(path / name, stack)
+                self._add_missing(metadata.counts)
+            else:
+                self._open(path, stack)
+            self._stack = stack.pop_all()
+
+    def close(self) -> None:
+        """Close the files."""
+        self._stack.close()
+
+    def messages(self, channels: Collection[Channel]) -> Iterator[tuple[Channel, int, bytes]]:
+        """Yield channel, time of recording [ns] and data of each message, file by file."""
+        decompress = zstandard.ZstdDecompressor().decompress
+        for i, file in enumerate(self._files):
+            chosen = {channel.id: channel for channel in channels if channel.file == i}
+            if not chosen:
+                continue
+            for id_, received_ns, raw in file.messages(chosen):
+                yield chosen[id_], received_ns, decompress(raw) if self._is_compressed else raw
+
+    def _open(self, path: Path, stack: ExitStack) -> None:
+        refuse_special_file(path)
+        if path.suffix == '.zstd':
+            plain = Path(stack.enter_context(TemporaryDirectory())) / path.stem
+            with path.open('rb') as source, plain.open('wb') as target:
+                zstandard.ZstdDecompressor().copy_stream(source, target)
+            path = plain
+        file = (_McapFile if path.suffix == '.mcap' else _RosbagsFile)(path, stack)
+        self.channels += [channel._replace(file=len(self._files)) for channel in file.channels
+                          if channel.count]
+        self._files.append(file)
+
+    def _add_missing(self, counts: dict[str, int]) -> None:
+        """Add messages that only metadata.yaml knows to the topic's first channel."""
+        for topic, count in counts.items():
+            found = [i for i, channel in enumerate(self.channels) if channel.topic == topic]
+            missing = count - sum(self.channels[i].count for i in found)
+            if found and missing > 0:
+                first = self.channels[found[0]]
+                self.channels[found[0]] = first._replace(count=first.count + missing)
+
+
+class _RosbagsFile:
+    """An SQLite file or a ROS 1 bag."""
+
+    def __init__(self, path: Path, stack: ExitStack) -> None:
+        is_ros1 = path.suffix in ('.bag', '.active')
+        self._reader: Any = (Ros1Reader if is_ros1 else Ros2Reader)(path)
+        self._reader.open()
+        stack.callback(self._reader.close)
+        self.channels = [
+            Channel(each.topic, each.msgtype, each.ext.serialization_format
+                    if isinstance(each.ext, ConnectionExtRosbag2) else 'ros1',
+                    each.msgcount, each.id)
+            for each in self._reader.connections]
+
+    def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
+        connections = [each for each in self._reader.connections if each.id in ids]
+        for connection, received_ns, raw in self._reader.messages(connections):
+            yield connection.id, received_ns, raw
+
+
+class _McapFile:
+    """An MCAP file, with or without an index."""
+
+    def __init__(self, path: Path, stack: ExitStack) -> None:
+        self._stream = stack.enter_context(path.open('rb'))
+        self._limit = path.stat().st_size  # of a record [bytes]
+        self._unordered: set[str] = set()  # topics of a file without an index
+        summary: Any = SeekingReader(self._stream, record_size_limit=self._limit).get_summary()
+        self._is_indexed = _is_complete(summary)
+        if self._is_indexed:
+            counts = summary.statistics.channel_message_counts
+            self._set_channels({id_: (summary.channels[id_], summary.schemas.get(
+                summary.channels[id_].schema_id)) for id_ in counts}, counts)
+        else:
+            self._scan()
+
+    def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
+        self._stream.seek(0)
+        topics = {channel.topic for channel in self.channels if channel.id in ids}
+        sort = self._is_indexed or not topics.isdisjoint(self._unordered)
+        reader = (SeekingReader if self._is_indexed else NonSeekingReader)(
+            self._stream, True, record_size_limit=self._limit)
+        for _, channel, message in reader.iter_messages(topics, log_time_order=sort):
+            if channel.id in ids:
+                yield channel.id, message.log_time, message.data
+
+    def _scan(self) -> None:
+        """Find the channels in the messages themselves."""
+        self._stream.seek(0)
+        found: dict[int, tuple[Any, Any]] = {}
+        counts: Counter[int] = Counter()
+        newest: dict[str, int] = {}
+        for schema, channel, message in NonSeekingReader(
+                self._stream, record_size_limit=self._limit).iter_messages(log_time_order=False):
+            found[channel.id] = channel, schema
+            counts[channel.id] += 1
+            if message.log_time < newest.get(channel.topic, 0):
+                self._unordered.add(channel.topic)
+            newest[channel.topic] = message.log_time
+        self._set_channels(found, counts)
+
+    def _set_channels(self, found: dict[int, tuple[Any, Any]], counts: dict[int, int]) -> None:
+        self.channels = [
+            Channel(channel.topic, _ros2_name(schema.name) if schema else 'no type',
+                    channel.message_encoding, counts[id_], id_)
+            for id_, (channel, schema) in found.items()]
+
+
+def _is_complete(summary: Any) -> bool:
+    """Return whether the summary of an MCAP file has an index, all counts and all types."""
+    if summary is None or summary.statistics is None or not summary.chunk_indexes:
+        return False
+    counts = summary.statistics.channel_message_counts
+    return sum(counts.values()) == summary.statistics.message_count and all(
+        id_ in summary.channels and summary.channels[id_].schema_id in {0, *summary.schemas}
+        for id_ in counts)
+
+
+def _ros2_name(name: str) -> str:
+    """Return the name of a type as ROS 2 writes it; ROS 1 writes 'package/Name'."""
+    package, _, rest = name.partition('/')
+    return f'{package}/msg/{rest}' if rest and '/' not in rest else name
