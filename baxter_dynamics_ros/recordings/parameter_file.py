@@ -114,7 +114,7 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
             similar = len(ignored) < _CHECKED and get_close_matches(
                 name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
             if similar:
-                raise ArgumentError(name, f'no such parameter; is {similar[0]} meant?')
+                raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)
     if ignored:
         more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
