@@ -1,4 +1,4 @@
-"""The node that brings a ROS 1 robot's joint states to ROS 2; it can only subscribe there."""
+"""Node joint_state_bridge: republishes joint states of a ROS 1 robot in ROS 2, read-only."""
 
 import os
 import sys
@@ -28,7 +28,7 @@ _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
 class JointStateBridge(ParameterNode):
-    """Republish a ROS 1 robot's joint states in ROS 2; nothing is ever sent to the robot."""
+    """Republishes the joint states of a ROS 1 robot in ROS 2; never publishes to the robot."""
 
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
@@ -36,16 +36,16 @@ class JointStateBridge(ParameterNode):
             Setting('master_uri', os.environ.get('ROS_MASTER_URI', ''),
                     'URI of the ROS 1 master, such as http://011303P0017.local:11311; '
                     'ROS_MASTER_URI by default.', read_only=True),
-            Setting('clock', CLOCKS[0], "Stamps. local: the robot's, shifted to this machine's "
-                    "clock. robot: the robot's, untouched. receipt: times of arrival.",
+            Setting('clock', CLOCKS[0], "Stamps. local: the robot's stamps, shifted to this "
+                    "machine's clock. robot: the robot's stamps. receipt: times of arrival.",
                     choices=CLOCKS, read_only=True)))
         names = self.declare_parameter('topics', [topics.JOINT_STATES], ParameterDescriptor(
             description='Topics of sensor_msgs/JointState to republish.', read_only=True)).value
         self.accept_changes()
         master_uri, self._clock_mode = values['master_uri'], values['clock']
         if not master_uri:
-            raise ArgumentError('master_uri', "name the robot's master: -p master_uri:="
-                                'http://HOST:11311, or set ROS_MASTER_URI')
+            raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
+                                '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
         self._lock = threading.Lock()
         self._topics = {name: self._publisher(name) for name in names}
         self._diagnostics = self.create_publisher(
@@ -56,7 +56,7 @@ class JointStateBridge(ParameterNode):
         except Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
         self._reported_at = time.monotonic()
-        self._reported: dict[str, str] = {}  # status name -> message, to log changes
+        self._reported: dict[str, str] = {}  # status name -> last message, to log changes
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
@@ -69,7 +69,7 @@ class JointStateBridge(ParameterNode):
 
     def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,
                         arrival_ns: int) -> None:
-        """Publish a joint state; one thread a publisher calls."""
+        """Publish a joint state; called from one thread per publisher."""
         message = JointState(name=state.name, position=state.position, velocity=state.velocity,
                              effort=state.effort)
         message.header.frame_id = state.frame_id
@@ -120,15 +120,15 @@ class JointStateBridge(ParameterNode):
         problems = self._subscriber.problems(topic)
         others = self.count_publishers(topic) - 1
         status = DiagnosticStatus(name=topic, level=DiagnosticStatus.OK,
-                                  message=f'joint states of {topic} arrive')
+                                  message=f'receiving joint states on {topic}')
         if problems or silent:
             status.level = DiagnosticStatus.ERROR if silent else DiagnosticStatus.WARN
             status.message = '; '.join(dict.fromkeys(map(str, problems))) or (
                 f'waiting for {topic}')
         elif others > 0:
             status.level = DiagnosticStatus.WARN
-            status.message = (f'{others} more publish {topic} in ROS 2: joint states may come '
-                              'twice; is another bridge running?')
+            status.message = (f'{topic} has {others} other publishers in ROS 2: joint states may '
+                              'arrive twice; check for a second bridge')
         _add(status, {'publishers': len(self._subscriber.connections(topic)),
                       'other publishers in ROS 2': others})
         for source in sources:
@@ -157,8 +157,8 @@ class JointStateBridge(ParameterNode):
                 return self.create_publisher(JointState, topic, topics.PUBLISHER_QOS)
         except InvalidTopicNameException:
             pass
-        raise ArgumentError('topics', f'{topic!r} is not the full name of a topic, such as '
-                            f'{topics.JOINT_STATES}')
+        raise ArgumentError('topics', f'expected full topic names such as {topics.JOINT_STATES}, '
+                            f'got {topic!r}')
 
 
 def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:

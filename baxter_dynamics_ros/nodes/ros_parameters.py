@@ -1,4 +1,4 @@
-"""Settings as ROS parameters of a node: declared from a table, refused with a reason."""
+"""ROS parameters declared from a table of settings, and rejected with a reason."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -26,8 +26,8 @@ class ParameterNode(Node):
     """
     Node whose parameters are declared from a table of settings.
 
-    A subclass overrides ``build`` and ``apply``. Values are validated together, at the start and
-    whenever some are set; a refusal names the parameter and the reason.
+    Subclasses override ``build`` and ``apply``. All values are validated together, at the start
+    and whenever some are set; a rejection names the parameter and the reason.
 
     Parameters
     ----------
@@ -49,20 +49,20 @@ class ParameterNode(Node):
         self._accepted: Any = None  # what build() returned of the values accepted last
 
     def build(self, values: dict[str, Any]) -> Any:
-        """Return what ``apply`` takes; raise ArgumentError if values do not fit together."""
+        """Return the argument of ``apply``; raise ArgumentError for inconsistent values."""
         return values
 
     def apply(self, built: Any) -> None:
-        """Use changed values: what ``build`` returned of them."""
+        """Use changed values, given as the result of ``build``."""
 
     def declare_settings(self, settings: Iterable[Setting]) -> Any:
         """
-        Declare settings as parameters, and return what ``build`` makes of the values given.
+        Declare settings as parameters and return the result of ``build`` for their values.
 
         Raises
         ------
         ArgumentError
-            If a given value is refused, or a given name is a misspelt parameter.
+            If a given value is invalid.
 
         """
         for setting in settings:
@@ -73,13 +73,13 @@ class ParameterNode(Node):
 
     def accept_changes(self) -> None:
         """
-        Let parameters be set from now on; call this once all parameters are declared.
+        Accept parameter changes from now on; call this after declaring all parameters.
 
         Raises
         ------
         ArgumentError
-            If a given name is a misspelt parameter. Others that the node lacks are logged: they
-            may be another node's, in a file for both.
+            If a given name resembles a parameter of this node. Other unknown names are logged, as
+            a parameter file may be shared with another node.
 
         """
         for name in given_parameters(self):
@@ -92,7 +92,7 @@ class ParameterNode(Node):
         self.add_post_set_parameters_callback(self._on_post_set)
 
     def changed_settings(self) -> str:
-        """Return the names of the settings that differ from their defaults, for the log."""
+        """Return the names of the settings that differ from their defaults."""
         names = [name for name, setting in self._settings.items()
                  if setting.check(self.values[name]) != setting.default]
         return ', '.join(names) or 'none'
@@ -122,7 +122,7 @@ class ParameterNode(Node):
         return True
 
     def _refuse(self, parameter: Parameter) -> None:
-        """Raise ArgumentError if a parameter cannot be set to such a value at all."""
+        """Raise ArgumentError if a parameter cannot be set, or not to this value."""
         if not self.has_parameter(parameter.name):
             raise ArgumentError(parameter.name, self._no_such(parameter.name))
         setting = self._settings.get(parameter.name)
@@ -151,7 +151,7 @@ class ParameterNode(Node):
 
     def _no_such(self, name: str) -> str:
         meant = get_close_matches(name, self.list_parameters([], 0).names, 1, 0.75)
-        return f'{NO_SUCH}; is {meant[0]} meant?' if meant else NO_SUCH
+        return f'{NO_SUCH}; did you mean {meant[0]}?' if meant else NO_SUCH
 
 
 def _declare(node: Node, setting: Setting) -> Any:
@@ -162,7 +162,7 @@ def _declare(node: Node, setting: Setting) -> Any:
     except InvalidParameterTypeException:
         raise _wrong_type(setting, given) from None
     except InvalidParameterValueException:
-        value = given  # which the check refuses, with its unit
+        value = given  # rejected by the check below, which names range and unit
     if value is None:  # an empty list, too
         raise _wrong_type(setting, 'nothing')
     setting.check(value)

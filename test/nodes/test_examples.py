@@ -118,7 +118,7 @@ def test_gravity_compensation_holds_the_arm(start):
     assert max(map(abs, drift.values())) < 50.0  # mrad; it falls faster, see below
 
 
-def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predictor):
+def test_contact_warning_prints_begin_and_end_of_contact(start, predictor):
     warning = start('contact_warning')
     push = start('push', '--after', '1.0', '--duration', '30.0')
     push.until('pushed with')
@@ -134,7 +134,7 @@ def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predicto
 
     os.kill(predictor.pid, signal.SIGSTOP)
     try:
-        warning.until('nothing heard for 0.5 s: contact is not known')
+        warning.until('no messages for 0.5 s: contact is unknown')
     finally:
         os.kill(predictor.pid, signal.SIGCONT)
     warning.process.send_signal(signal.SIGINT)

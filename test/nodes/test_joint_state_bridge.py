@@ -199,11 +199,11 @@ def test_a_recording_gives_the_residual_that_it_gives_offline(
 
 
 @pytest.mark.parametrize('arguments, problem', [
-    (['topics:=[/robot/joint_states]'], "name the robot's master"),
+    (['topics:=[/robot/joint_states]'], 'expected the URI of the ROS 1 master'),
     (['master_uri:=https://robot:11311'], "'https://robot:11311' is not the URI of a ROS 1"),
     (['master_uri:=http://robot:11311', 'clock:=mine'], 'expected one of local, robot, receipt'),
-    (['master_uri:=http://robot:11311', 'topics:=[joint_states]'], 'not the full name of a topic'),
-    (['master_uri:=http://robot:11311', 'clocks:=robot'], 'is clock meant?'),
+    (['master_uri:=http://robot:11311', 'topics:=[joint_states]'], 'expected full topic names'),
+    (['master_uri:=http://robot:11311', 'clocks:=robot'], 'did you mean clock?'),
 ])
 def test_parameters_that_cannot_be_used_are_refused(refuses, monkeypatch, arguments, problem):
     monkeypatch.delenv('ROS_MASTER_URI', raising=False)

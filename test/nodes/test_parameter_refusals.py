@@ -107,7 +107,7 @@ def test_at_the_start_every_bad_value_is_one_line_and_exit_code_1(start_here, se
     (['payload.mass:=11.0'], 'payload.mass: expected a value in [0, 10] kg, got 11'),
     (['acceleration.cutoff:=1'], 'a number with a decimal point, such as 1.0, got 1'),
     (['effort_model.spring_range:=[1.0, -1.0]'], 'spring_range: expected lower < upper'),
-    (['payload.mas:=1.0'], 'payload.mas: no such parameter; is payload.mass meant?'),
+    (['payload.mas:=1.0'], 'payload.mas: no such parameter; did you mean payload.mass?'),
     (['acceleration.cutoff:='], 'acceleration.cutoff'),
     (['gravity:=[0.0, 0.0, "g"]'], 'gravity'),
     (['qos_overrides./robot/joint_states.subscription.reliability:=foo'], 'foo'),
@@ -163,7 +163,7 @@ SET_AT_ONCE = [
     ({'payload.mass': 1.0, 'align': False, 'contact.samples': 0}, 'contact.samples'),
     ({'payload.mass': 1.0, 'align': 'no', 'contact.samples': 5}, 'align: expected true or false'),
     ({'payload.mass': 1.0, 'payload.mas': 1.0},
-     'payload.mas: no such parameter; is payload.mass meant?'),
+     'payload.mas: no such parameter; did you mean payload.mass?'),
 ]
 
 

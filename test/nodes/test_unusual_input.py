@@ -83,7 +83,7 @@ def test_useless_stamps(robot, predictor, sine, stamps, stamp):
     robot.until(lambda: robot.predicted and stamps(robot.predicted)[-1] > begin + 2 * 10 ** 9)
     assert stamps(robot.predicted)[-1] < time.time_ns()
     robot.until(lambda: any(
-        status.message == 'using the time of receipt, re-timed'
+        status.message == 'using re-timed times of receipt'
         for message in robot.diagnostics for status in message.status))
 
 
