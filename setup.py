@@ -1,4 +1,4 @@
-"""Install baxter_dynamics_ros: the model with NumPy alone, the node and the rest as extras."""
+"""Package baxter_dynamics_ros: the model needs only NumPy; the extras add nodes and tools."""
 
 from glob import glob
 import os
@@ -17,7 +17,7 @@ ros = [
     'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
     'pin==4.1.0',
 ]
-# evaluate and calibrate need no ROS.
+# Commands evaluate and calibrate, without ROS.
 offline = [
     'pin==4.1.0',
     'rosbags==0.11.9',
@@ -31,7 +31,7 @@ offline = [
 ]
 # Parameter files, and the manufacturer's robot description for `export urdf`.
 export = ['pyyaml>=6.0', 'hpp-baxter==9.0.2']
-# The engines that benchmarks/model.py compares.
+# Engines compared by benchmarks/model.py.
 benchmark = ['pin==4.1.0', 'mujoco==3.17.0']
 demo = ros + offline + [
     'mujoco==3.17.0',
@@ -63,7 +63,7 @@ test = demo + export + [
     'flake8-quotes==3.4.0',
     'pydocstyle==6.3.0',
     'setuptools<80',  # ament_python's setup.py calls, and flake8-import-order's pkg_resources
-    # With these colcon builds baxter_dynamics_interfaces, as pip does by its pyproject.toml.
+    # For colcon to build baxter_dynamics_interfaces; pip reads its pyproject.toml instead.
     'cmake>=3.19,<4',
     'ninja',
     'empy==4.2.1',
@@ -79,26 +79,26 @@ test = demo + export + [
     'ros-jazzy-rosidl-core-generators==0.2.0',
 ]
 
-# resolve(): colcon build --symlink-install runs a link to this file, from the build folder.
+# resolve(): colcon build --symlink-install runs a link to this file in the build folder.
 long_description = Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8')
 
 
 class OptionalBuild(build_ext):
-    """Build the extension where a compiler and pybind11 are; without it Python computes."""
+    """Builds the extension if possible; without it the model uses its Python engine."""
 
     def build_extensions(self):
-        """Build each extension, or leave it out and report the reason in one line."""
+        """Build each extension, or omit it and print the reason."""
         for extension in list(self.extensions):
             try:
                 self.build_extension(extension)
-            except Exception as error:  # of the compiler, the linker or the platform
+            except Exception as error:  # compiler, linker or platform
                 self.extensions.remove(extension)
-                print(f'{package_name}: the compiled engine was not built ({error}); Python '
-                      'computes instead', file=sys.stderr)
+                print(f'{package_name}: the compiled engine was not built ({error}); using '
+                      'the Python engine', file=sys.stderr)
 
 
 def pybind11_folders():
-    """Return the folders of the headers, where they are not the system's (pybind11-dev)."""
+    """Return the include folders of pybind11, unless only the system package is installed."""
     try:
         import pybind11
     except ImportError:
@@ -131,7 +131,7 @@ setup(
     zip_safe=False,
     maintainer='baxter_dynamics_ros maintainers',
     maintainer_email='maintainers@baxter-dynamics.example',
-    description='Live Lagrange-Euler torques of the Baxter robot, and their residual.',
+    description='Lagrange-Euler dynamics of the Baxter robot: model, ROS 2 node, calibration.',
     long_description=long_description,
     long_description_content_type='text/markdown',
     license='Apache-2.0',

@@ -1,10 +1,10 @@
 """
-The 43 base parameters: all that torques can tell of the links' 70 masses, moments and inertias.
+Base parameters: the 43 combinations of the 70 link parameters that determine the torques.
 
-The torques are linear in them, tau = Y(q, qd, qdd) phi. In the other 27 directions the links can
-change and no torque does: a point mass on a joint's axis belongs to either of the links it joins,
-and of link 1 only the moment of inertia about its axis is felt. How well a motion tells the 43
-apart is the condition number of Y stacked over it, with its columns scaled to length 1.
+The torques are linear in them, tau = Y(q, qd, qdd) phi. Changing the links in the other 27
+directions changes no torque: a point mass on a joint axis can be assigned to either link, and
+link 1 contributes only its moment of inertia about its axis. The condition number of Y, stacked
+over a motion and with columns scaled to length 1, measures how well the motion identifies phi.
 
 Run: python examples/base_parameters.py
 """
@@ -20,17 +20,17 @@ from baxter_dynamics_ros.simulation.trajectories import HandTrajectory
 import numpy as np
 
 ARM = BaxterArm()
-TIMES = np.arange(0.0, 60.0, 0.05)  # of a motion's samples [s]
+TIMES = np.arange(0.0, 60.0, 0.05)  # sample times [s]
 
 
-def hand_on(mass, height):
-    """Return an arm with point masses [kg] at heights [m] on axes given to the links before."""
+def shift_masses(mass, height):
+    """Return an arm with point masses [kg] at heights [m] on the axes moved one link inward."""
     p = ARM.parameters
     J = p.pseudo_inertia.copy()
     for i in range(6):
-        point = np.array([0.0, 0.0, height[i], 1.0])  # the axis is z of the frame before
+        point = np.array([0.0, 0.0, height[i], 1.0])  # the axis is z of the previous frame
         J[i] += mass[i] * np.outer(point, point)
-        point = np.linalg.solve(link_transform(p, i + 1, np.zeros(7)), point)  # at any angle
+        point = np.linalg.solve(link_transform(p, i + 1, np.zeros(7)), point)  # for any angle
         J[i + 1] -= mass[i] * np.outer(point, point)
     mass, center, inertia = from_pseudo_inertia(J)
     return BaxterArm(parameters=replace(p, mass=mass, center_of_mass=center, inertia=inertia))
@@ -48,7 +48,7 @@ def follow(trajectory):
 
 
 def main():
-    """Print the parameters, that they are all that is felt, and which motions show them."""
+    """Print the base parameters, show that they determine the torques, and compare motions."""
     phi, names = ARM.base_parameters, [name[:-1] for name in NAMES]
     print(f's0 {names[0]} {phi[0]:.4f} kg m^2; below, xx to yz in kg m^2, hx and hy in kg m')
     print('  ', *(f'{name:>8}' for name in names[1:8]))
@@ -58,7 +58,7 @@ def main():
     states = np.random.default_rng(0).uniform(-2.0, 2.0, (3, 1000, 7))  # q, qd, qdd
     tau = ARM.inverse_dynamics(*states)
     print(f'\n|Y phi - tau| <= {np.abs(ARM.regressor(*states) @ phi - tau).max():.0e} N m')
-    other = hand_on((1.0, 0.8, 0.6, 0.4, 0.2, 0.1), (0.0, 0.28, 0.0, 0.24, 0.0, 0.17))
+    other = shift_masses((1.0, 0.8, 0.6, 0.4, 0.2, 0.1), (0.0, 0.28, 0.0, 0.24, 0.0, 0.17))
     for arm in (ARM, other):
         print('links of', *(f'{mass:.2f}' for mass in arm.parameters.mass), 'kg, eigenvalues of J '
               f'>= {np.linalg.eigvalsh(arm.parameters.pseudo_inertia).min():.1e}')

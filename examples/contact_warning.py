@@ -1,9 +1,9 @@
 """
-Warn when something touches the arm: which joints feel it and how much, and when it is over.
+Print a warning while something touches the arm: the joints, the torques, and the duration.
 
-The residual is of motors that work against the push: it has the other sign, and comes later. A
-joint is named where its external torque is more than a model that is not calibrated may be wrong
-by. Where nothing is heard nothing is known, which is no "no": the watchdog warns.
+The residual shows the motors working against the push, with the opposite sign and a longer delay.
+A joint is printed if its external torque exceeds the error of an uncalibrated model. A watchdog
+warns if no messages arrive, because contact is then unknown.
 
 Run: python examples/contact_warning.py
 """
@@ -19,17 +19,17 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
-# Of a model that is not calibrated [N m].
-DOUBT = {'s0': 1.0, 's1': 2.0, 'e0': 1.5, 'e1': 1.1, 'w0': 0.4, 'w1': 0.6, 'w2': 0.3}
+# Error of an uncalibrated model [N m].
+MODEL_ERROR = {'s0': 1.0, 's1': 2.0, 'e0': 1.5, 'e1': 1.1, 'w0': 0.4, 'w1': 0.6, 'w2': 0.3}
 SILENCE = 0.5  # [s]
 
 
 class ContactWarning(Node):
-    """Listens to torque_predictor, and prints."""
+    """Prints contacts reported by torque_predictor."""
 
     def __init__(self) -> None:
         super().__init__('contact_warning')
-        self.heard, self.began = monotonic(), 0.0  # [s]; began: 0 where there is no contact
+        self.heard, self.began = monotonic(), 0.0  # [s]; began: 0 without contact
         self.external, self.residual = {}, {}  # by joint [N m]
         for topic, values in (('external_effort', self.external),
                               ('effort_residual', self.residual)):
@@ -40,7 +40,7 @@ class ContactWarning(Node):
         self.create_timer(SILENCE, self.watch)
 
     def on_contact(self, contact: Bool) -> None:
-        """Say when contact begins and ends."""
+        """Print the beginning and the end of a contact."""
         self.heard = monotonic()
         if contact.data and not self.began:
             self.began = self.heard
@@ -50,22 +50,23 @@ class ContactWarning(Node):
             self.began = 0.0
 
     def watch(self) -> None:
-        """Say which joints feel the push, or the one that feels it most; or that all is silent."""
+        """Print the joints in contact, or a warning if no messages arrive."""
         if monotonic() - self.heard > SILENCE:
-            print(f'nothing heard for {SILENCE:g} s: contact is not known', flush=True)
-            self.heard, self.began = inf, 0.0  # said once
+            print(f'no messages for {SILENCE:g} s: contact is unknown', flush=True)
+            self.heard, self.began = inf, 0.0  # warn once
         elif self.began:
-            much = {joint: abs(self.external[joint]) / DOUBT[joint] for joint in self.external}
+            ratio = {joint: abs(self.external[joint]) / MODEL_ERROR[joint]
+                     for joint in self.external}
             print(f'contact for {monotonic() - self.began:.1f} s [N m]:', ', '.join(
                 f'{joint} external {self.external[joint]:+.1f} '
                 f'residual {self.residual.get(joint, 0.0):+.1f}'
-                for joint in much if much[joint] >= min(1.0, *much.values())), flush=True)
+                for joint in ratio if ratio[joint] >= min(1.0, *ratio.values())), flush=True)
 
 
 def main() -> None:
-    """Listen until it is interrupted, or for a while."""
+    """Run until interrupted, or for the given duration."""
     parser = ArgumentParser()
-    parser.add_argument('--duration', type=float, default=inf, help='[s]; endless by default')
+    parser.add_argument('--duration', type=float, default=inf, help='[s]; unlimited by default')
     options = parser.parse_args()
     rclpy.init()
     node, end = ContactWarning(), monotonic() + options.duration

@@ -1,12 +1,12 @@
 """
-Hold a robot's arm by gravity compensation alone: torques from the service ~/gravity_torques.
+Hold an arm by gravity compensation alone, with torques from the service ~/gravity_torques.
 
-Commanded is what the answer says, less a little damping: without, an arm that was pushed would
-coast on, for gravity compensation prefers no place; with more, noisy and old velocity shakes it.
+A little damping is subtracted, because gravity compensation alone does not stop a pushed arm; more
+damping would make the arm vibrate, as the measured velocity is noisy and delayed.
 
-A real Baxter takes torques on /robot/limb/right/joint_command (baxter_core_msgs/JointCommand, mode
-3, over the bridge), and adds its own gravity compensation unless std_msgs/Empty comes on
-/robot/limb/right/suppress_gravity_compensation at more than 5 Hz. Support the arm when you start.
+A real Baxter accepts torques on /robot/limb/right/joint_command (baxter_core_msgs/JointCommand,
+mode 3, through a bridge). It adds its own gravity compensation unless std_msgs/Empty arrives on
+/robot/limb/right/suppress_gravity_compensation at more than 5 Hz. Support the arm at the start.
 
 Run: python examples/gravity_compensation.py
 """
@@ -25,22 +25,22 @@ from sensor_msgs.msg import JointState
 
 NAMES = [f'right_{joint}' for joint in JOINTS]
 DAMPING = np.array([2.0, 2.0, 0.5, 1.0, 0.02, 0.05, 0.005])  # [N m s/rad]; stops in about 1 s
-PATIENCE = 0.15  # [s] for an answer; without torques for 0.2 s the robot holds itself
+PATIENCE = 0.15  # timeout of a request [s]; after 0.2 s without torques the robot holds itself
 
 
 class GravityCompensation(Node):
-    """Commands the fake Baxter what carries its right arm; limp: nothing, so that it falls."""
+    """Commands gravity torques to the fake Baxter's right arm, or zero torques if limp."""
 
     def __init__(self, duration: float, limp: bool) -> None:
         super().__init__('gravity_compensation')
         self.duration, self.limp, self.asked, self.places = duration, limp, 0.0, []
-        self.end = monotonic() + 10.0  # [s] for the first answer
+        self.end = monotonic() + 10.0  # time limit of the first response [s]
         self.client = self.create_client(GravityTorques, '/torque_predictor/gravity_torques')
         self.publisher = self.create_publisher(JointState, '/fake_baxter/joint_torque_command', 1)
         self.create_subscription(JointState, '/robot/joint_states', self.on_state, 10)
 
     def on_state(self, state: JointState) -> None:
-        """Ask what holds the arm here, unless an answer is on its way."""
+        """Request the gravity torques, unless a request is pending."""
         if set(NAMES) <= set(state.name) and monotonic() - self.asked > PATIENCE:
             self.asked, order = monotonic(), [state.name.index(name) for name in NAMES]
             motion = np.array([state.position, state.velocity])[:, order]  # [rad], [rad/s]
@@ -48,7 +48,7 @@ class GravityCompensation(Node):
                 lambda future: self.on_answer(future.result(), motion))
 
     def on_answer(self, answer: GravityTorques.Response, motion: np.ndarray) -> None:
-        """Command what was answered, and damping."""
+        """Command the torques of the response, minus damping."""
         self.asked = 0.0
         if answer.success:
             self.end = self.end if self.places else monotonic() + self.duration
@@ -60,7 +60,7 @@ class GravityCompensation(Node):
 def main() -> None:
     """Hold the arm for a while and print how far it drifted."""
     parser = ArgumentParser()
-    parser.add_argument('--duration', type=float, default=3.0, help='[s], 3 by default')
+    parser.add_argument('--duration', type=float, default=3.0, help='duration [s], 3 by default')
     parser.add_argument('--limp', action='store_true', help='command zero torques instead')
     options = parser.parse_args()
     rclpy.init()

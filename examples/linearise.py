@@ -3,7 +3,7 @@ Linearise the arm about its two equilibria, hanging and upright, and about a sta
 
 With x = (q, qd) and u = tau, d(dx)/dt = A dx + B du, where A and B come from the gradient of the
 inverse dynamics: d(qdd)/dq = -M^-1 d(tau)/dq and d(qdd)/d(qd) = -M^-1 d(tau)/d(qd). Eigenvalues
-of A say how the arm moves by itself; central differences of the forward dynamics check A and B.
+of A describe the free motion; central differences of the forward dynamics verify A and B.
 
 Run: python examples/linearise.py
 """
@@ -36,17 +36,17 @@ def differences(q, qd, tau):
 
 
 def equilibrium(direction):
-    """Return where G(q) = 0 with the arm down (1) or up (-1): the potential's least or most."""
+    """Return q with G(q) = 0, the potential's minimum (direction 1) or maximum (-1)."""
     q = direction * np.array([0.0, np.pi / 2, 0.0, 0.0, 0.0, 0.0, 0.0])
-    for _ in range(50):  # Newton's method, but always downhill for 1 and uphill for -1
+    for _ in range(50):  # Newton's method, always downhill for 1 and uphill for -1
         curvature, axes = np.linalg.eigh(ARM.inverse_dynamics_gradient(q, STILL, STILL)[0])
         slope = axes.T @ ARM.gravity(q)
         q = q - direction * axes @ (slope / np.maximum(np.abs(curvature), 1e-3))  # [N m/rad]
     return q
 
 
-def in_words(eigenvalue):
-    """Return a pair of eigenvalues and what the arm does along their eigenvectors."""
+def describe(eigenvalue):
+    """Return a description of a pair of eigenvalues and the motion along their eigenvectors."""
     size = abs(eigenvalue)
     if size < 1e-3:
         return f'+-{size:7.3f}  1/s   drifts: gravity does not see it'
@@ -56,7 +56,7 @@ def in_words(eigenvalue):
 
 
 def main():
-    """Print what the arm does by itself, and how far A and B are from the differences."""
+    """Print the eigenvalues of A, and the error of A and B against finite differences."""
     q, qd, qdd = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 7))
     states = {'hanging': (equilibrium(1), STILL, STILL),
               'upright': (equilibrium(-1), STILL, STILL),
@@ -67,7 +67,7 @@ def main():
         if state[1] is STILL:
             print(f'  |G| <= {np.abs(ARM.gravity(state[0])).max():.0e} N m; eigenvalues of A:')
             for eigenvalue in sorted(np.linalg.eigvals(A), key=abs)[::2]:  # they come in pairs
-                print('   ', in_words(eigenvalue))
+                print('   ', describe(eigenvalue))
         errors = [np.abs(x - y).max() for x, y in zip((A, B), differences(*state))]
         print('  from finite differences, A differs by {:.1e}, B by {:.1e}'.format(*errors))
 

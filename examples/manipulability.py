@@ -1,10 +1,10 @@
 """
-Where the hand can be accelerated well: the dynamic manipulability ellipsoid (Yoshikawa, 1985).
+Dynamic manipulability ellipsoid of the hand (Yoshikawa, 1985).
 
-An arm at rest which gives torques tau = G + L u, |u| <= 1, L = diag(limit - |G|), accelerates its
-hand by J M^-1 L u [m/s^2]: an ellipsoid, whose axes are the singular vectors and values, and none
-of whose torques exceeds its limit. The measure w_d is their product. Beside it the kinematic
-measure w = sqrt(det(J J^T)), which knows neither inertia nor gravity. J is the hand's linear part.
+Torques tau = G + L u, |u| <= 1, L = diag(limit - |G|), stay within their limits and accelerate the
+hand of an arm at rest by J M^-1 L u [m/s^2]. These accelerations form an ellipsoid; its axes are
+the singular vectors and values, and w_d is the product of the values. The kinematic measure
+w = sqrt(det(J J^T)) ignores inertia and gravity. J is the linear part of the hand Jacobian.
 
 Run: python examples/manipulability.py
 """
@@ -13,8 +13,8 @@ from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.simulation.trajectories import HandTrajectory
 import numpy as np
 
-TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # of the motors [N m]
-DURATION, STEP = 14.0, 0.01  # of the trajectory, and of its reference [s]
+TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # [N m]
+DURATION, STEP = 14.0, 0.01  # duration of the trajectory and time step of its reference [s]
 
 ARM = BaxterArm(mount=mount('right'))
 
@@ -35,7 +35,7 @@ def measures(q):
 
 
 def pose_report(q):
-    """Print the ellipsoid at a posture, and what the forward dynamics says of its axes."""
+    """Print the ellipsoid at a posture, verified with the forward dynamics."""
     axes, lengths, torques = ellipsoid(q)
     print('hand at', *np.round(ARM.forward_kinematics(q)[:3, 3], 3), 'm')
     print('      half axis  along x y z of the base  by forward dynamics')
@@ -47,7 +47,7 @@ def pose_report(q):
 
 
 def main():
-    """Print the ellipsoid where the trajectory 3(c) begins, and both measures along it."""
+    """Print the ellipsoid at the start of trajectory 3(c), and both measures along it."""
     reference = HandTrajectory('right', 'lift')
     pose_report(reference.q)
     print(' t [s]  z [m]   w [m^3]  w_d [(m/s^2)^3]')

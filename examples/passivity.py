@@ -1,10 +1,10 @@
 """
-Two laws on which proofs about controllers rest: dM/dt - 2 C is skew, and the arm is passive.
+Two properties used in stability proofs: dM/dt - 2 C is skew-symmetric, and the arm is passive.
 
-First x^T (dM/dt - 2 C) x = 0 for any x, with dM/dt by differences of M; beside it a C' which
-gives the same torques, C' qd = C qd, and for which it fails. Then the energy of an arm driven by
-torques, E = qd^T M qd / 2 + P: it changes by the torques' work and by nothing else, but for the
-error of the integration, which falls with the fourth power of the step.
+First, x^T (dM/dt - 2 C) x = 0 for any x, with dM/dt from differences of M; it fails for another
+matrix C' with the same torques, C' qd = C qd. Second, the energy E = qd^T M qd / 2 + P of a driven
+arm changes by the work of the torques, up to an integration error that decreases with the fourth
+power of the step.
 
 Run: python examples/passivity.py
 """
@@ -14,15 +14,15 @@ from baxter_dynamics_ros.model.lagrange_euler import transform
 import numpy as np
 
 DURATION = 2.0  # [s]
-STEPS = (0.02, 0.01, 0.005, 0.0025)  # of the integration [s]
-DRIVE = np.array([5.0, 5.0, 2.0, 2.0, 0.05, 0.1, 0.001])  # amplitudes of torques [N m]
+STEPS = (0.02, 0.01, 0.005, 0.0025)  # integration steps [s]
+DRIVE = np.array([5.0, 5.0, 2.0, 2.0, 0.05, 0.1, 0.001])  # torque amplitudes [N m]
 START = np.array([0.0, -0.5, 0.0, 1.0, 0.0, 0.5, 0.0])  # [rad]
 
 ARM = BaxterArm()
 
 
 def matrices(q, qd):
-    """Return dM/dt by differences, C of the Christoffel symbols, and a C' of the same torques."""
+    """Return dM/dt by differences, the Christoffel matrix C, and a C' with the same torques."""
     dt = 1e-5  # [s]
     mass_rate = (ARM.mass_matrix(q + dt * qd) - ARM.mass_matrix(q - dt * qd)) / (2.0 * dt)
     h = ARM.christoffel_symbols(q)
@@ -33,7 +33,7 @@ def matrices(q, qd):
 
 
 def energy(q, qd):
-    """Return kinetic and potential energy together, eq. (4), of one state [J]."""
+    """Return the sum of kinetic and potential energy of one state, eq. (4) [J]."""
     p = ARM.parameters
     moment = sum(transform(p, 0, j + 1, q) @ p.pseudo_inertia[j, :, 3] for j in range(7))
     return qd @ ARM.mass_matrix(q) @ qd / 2.0 - ARM.gravity_vector @ moment[:3]
@@ -59,7 +59,7 @@ def move(step):
 
 
 def main():
-    """Print both laws in numbers."""
+    """Print numerical evidence for both properties."""
     q, qd, x = np.random.default_rng(0).uniform(-2.0, 2.0, (3, 1000, 7))  # [rad, rad/s, any]
     mass_rate, *candidates = matrices(q, qd)
     print('largest of 1000 states |x^T (dM/dt - 2 C) x|  |C qd - torque| [N m]')

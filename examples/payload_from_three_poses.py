@@ -1,7 +1,8 @@
 """
-Find what the hand carries, its mass and centre of mass, from residuals in three postures at rest.
+Identify mass and centre of mass of a payload from residuals at rest in three postures.
 
-They are gravity's on an unknown load, linear in m and m c; friction averages out (--rests 6).
+The residual is the gravity torque of the payload, linear in m and m c. Friction averages out when
+each posture is approached from both sides (--rests 6).
 
 Run: python examples/payload_from_three_poses.py
 """
@@ -18,25 +19,25 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 NAMES = 'right_s0 right_s1 right_e0 right_e1 right_w0 right_w1 right_w2'.split()
-DOUBT = np.array([1.0, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])  # of a model that is not calibrated [N m]
-STILL = 0.01 * np.array([1, 1, 1, 1, 10, 10, 10])  # [rad] in 0.5 s; the wrist may swing a little
+MODEL_ERROR = np.array([1.0, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])  # without calibration [N m]
+STILL = 0.01 * np.array([1, 1, 1, 1, 10, 10, 10])  # motion in 0.5 s; the wrist may swing [rad]
 
 
 def fit(q: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mass [kg] and centre of mass [m], (4,), and their sd, from n rests, each (n, 7)."""
+    """Return mass and centre of mass (4,) [kg, m], and their sd, from n rests (n, 7)."""
     mass, *at = (BaxterArm(payload=Payload(1.0, place)).gravity(q) - BaxterArm().gravity(q)
-                 for place in np.vstack([np.zeros(3), np.eye(3)]))  # [N m/kg], at 0 and 1 m
-    columns = np.stack([mass, *(each - mass for each in at)], axis=-1)  # of m and m c
-    a, b = (columns / DOUBT[:, None]).reshape(-1, 4), (residual / DOUBT).ravel()
+                 for place in np.vstack([np.zeros(3), np.eye(3)]))  # 1 kg at 0, at 1 m [N m]
+    columns = np.stack([mass, *(each - mass for each in at)], axis=-1)  # of m, m c
+    a, b = (columns / MODEL_ERROR[:, None]).reshape(-1, 4), (residual / MODEL_ERROR).ravel()
     load = np.linalg.lstsq(a, b, rcond=None)[0]
     variance = np.sum((b - a @ load) ** 2) / (len(b) - 4) * np.linalg.inv(a.T @ a)
-    slope = np.diag([1.0, *3 * [1.0 / load[0]]])  # of (m, c) by (m, m c)
+    slope = np.diag([1.0, *3 * [1.0 / load[0]]])  # derivative of (m, c) by (m, m c)
     slope[1:, 0] = -load[1:] / load[0] ** 2
     return np.diag(slope) * load, np.sqrt(np.diag(slope @ variance @ slope.T))
 
 
 class Rests(Node):
-    """Gathers position and residual of each rest, their means (2, 7) [rad, N m]."""
+    """Collects the mean position and residual (2, 7) [rad, N m] of each rest."""
 
     def __init__(self) -> None:
         super().__init__('payload_from_three_poses')
@@ -44,8 +45,8 @@ class Rests(Node):
         self.create_subscription(JointState, '/torque_predictor/effort_residual', self.gather, 100)
 
     def gather(self, message: JointState) -> None:
-        """Gather what comes while the arm rests; a rest is over when the arm moves on."""
-        order = [message.name.index(name) for name in NAMES]  # last: of 0.5 s
+        """Collect samples while the arm rests; a rest ends when the arm moves."""
+        order = [message.name.index(name) for name in NAMES]  # last: 0.5 s
         self.last = [*self.last[-49:], np.array([message.position, message.effort])[:, order]]
         if len(self.last) == 50 and (np.ptp(self.last, axis=0)[0] < STILL).all():
             self.rest.append(self.last[-1])
@@ -56,9 +57,9 @@ class Rests(Node):
 
 
 def main() -> None:
-    """Wait for the rests, and print the payload and how to tell the predictor of it."""
+    """Wait for the rests, then print the payload and the commands that set it."""
     parser = ArgumentParser()
-    parser.add_argument('--rests', type=int, default=3, help='use as many as that; 3 by default')
+    parser.add_argument('--rests', type=int, default=3, help='rests to use; 3 by default')
     options = parser.parse_args()
     rclpy.init()
     node, end = Rests(), monotonic() + 60.0  # [s]
@@ -66,7 +67,7 @@ def main() -> None:
         while monotonic() < end and len(node.rests) < options.rests:
             rclpy.spin_once(node, timeout_sec=0.1)
     if len(node.rests) < 3:
-        parser.exit(1, 'fewer than three rests: does the arm go from one posture to another?\n')
+        parser.exit(1, 'fewer than three rests: move the arm through different postures\n')
     (mass, *center), sd = fit(*np.swapaxes(node.rests, 0, 1))
     print(f'mass {mass:.3f} +- {sd[0]:.3f} kg, centre of mass',
           *(f'{place:.3f} +- {each:.3f}' for place, each in zip(center, sd[1:])), 'm')

@@ -1,1 +1,1 @@
-"""From recordings to the effort model of one's own robot: regularised least squares."""
+"""Calibration of effort model and links from recordings, by regularised least squares."""

@@ -1,4 +1,4 @@
-"""What can be fitted of all joints together: the base's tilt, the links, a tool."""
+"""Terms shared by all joints: tilt of the base, link parameters, payload."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,13 +11,13 @@ from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 from ..model.parameters import from_pseudo_inertia, inertia_elements, Payload
 
-# What is believed before anything is measured: standard deviations.
-_TILT = 0.3  # horizontal gravity: 1.75 degrees [m/s^2]
-_LINK = 0.1  # [-]: 10 % of the mass, and of the radius of gyration for the centre of mass
+# Standard deviations of the priors.
+_TILT = 0.3  # horizontal gravity, corresponding to 1.75 degrees [m/s^2]
+_LINK = 0.1  # relative: 10 % of the mass, 10 % of the radius of gyration for the centre of mass
 _PAYLOAD_MASS = 3.0  # [kg]
-_PAYLOAD_MOMENT = 0.5  # mass times centre of mass [kg m]
+_PAYLOAD_MOMENT = 0.5  # first moment [kg m]
 
-REACH = 1.0  # along an axis, of its centre: next to no mass may say anything [m]
+REACH = 1.0  # bound on each coordinate of the payload's centre, unidentifiable at low mass [m]
 
 # An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
 _PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
@@ -27,7 +27,7 @@ for _n, (_i, _k) in enumerate(_PAIRS):
 
 
 class Tilt:
-    """The tilt of the robot's base: the horizontal components of gravity."""
+    """Tilt of the robot's base, as the horizontal components of gravity."""
 
     name = 'tilt'
     shared = True
@@ -35,7 +35,7 @@ class Tilt:
     parameters: tuple[Parameter, ...] = (Parameter(_TILT), Parameter(_TILT))
 
     def acting(self, joint: int) -> list[int]:
-        """Return which of the parameters act on a joint: both."""
+        """Return the indices of the parameters that act on a joint: both."""
         return [0, 1]
 
     def columns(self, sample: Sample, joint: int) -> Array:
@@ -43,7 +43,7 @@ class Tilt:
         return sample.horizontal_gravity[:, joint]
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Turn gravity; its size stays."""
+        """Rotate gravity, preserving its magnitude."""
         gravity = np.asarray(values['gravity'], dtype=float)
         x, y = gravity[:2] + deviation
         z = np.sqrt(gravity @ gravity - x * x - y * y)
@@ -59,12 +59,11 @@ class Tilt:
 
 class Links:
     r"""
-    The links' inertial parameters, under a physical prior.
+    Inertial parameters of the links, with a physically consistent prior.
 
-    Pseudo-inertias are fitted as J = L (1 + S) L^T, where L L^T is what the settings say, with a
-    normal prior on the symmetric S. It is the second-order form of the distance between bodies
-    that does not depend on units or frames (Lee, Wensing and Park 2020), and J stays that of a
-    rigid body while 1 + S > 0.
+    Pseudo-inertias are fitted as J = L (1 + S) L^T, where L L^T is the value in the settings, with
+    a normal prior on the symmetric S. This is the second-order approximation of the coordinate-
+    invariant distance of Lee, Wensing and Park (2020). J is physically consistent while 1 + S > 0.
     """
 
     name = 'inertial'
@@ -77,7 +76,7 @@ class Links:
         self.parameters = (Parameter(_LINK),) * (N_JOINTS * len(_PAIRS))
 
     def acting(self, joint: int) -> list[int]:
-        """Return which of the parameters act on a joint: those of the links beyond it."""
+        """Return the indices of the parameters that act on a joint: links from the joint on."""
         return list(range(10 * joint, 10 * N_JOINTS))
 
     def columns(self, sample: Sample, joint: int) -> Array:
@@ -87,7 +86,7 @@ class Links:
         return moved.reshape(len(moved), -1)
 
     def least_eigenvalues(self, deviation: Array) -> Array:
-        """Return the least eigenvalue of each link's 1 + S, (7,)."""
+        """Return the smallest eigenvalue of 1 + S of each link, (7,)."""
         s = np.einsum('lk,kab->lab', deviation.reshape(N_JOINTS, -1), _SYMMETRIC)
         return 1.0 + np.linalg.eigvalsh(s)[:, 0]
 
@@ -116,12 +115,12 @@ class Links:
 
 class Tool:
     """
-    What the hand carries: mass, and mass times centre of mass; inertia is that of a point.
+    Payload of the hand: mass and first moment, with the inertia of a point mass.
 
     Attributes
     ----------
     fixed : tuple
-        Which of the parameters follow from the others: the second moments m c c^T.
+        Parameters that follow from the others: the second moments m c c^T.
 
     """
 
@@ -139,7 +138,7 @@ class Tool:
         self.parameters = tuple(priors.get(n, Parameter(1.0)) for n in range(len(_PAIRS)))
 
     def acting(self, joint: int) -> list[int]:
-        """Return which of the parameters act on a joint: all."""
+        """Return the indices of the parameters that act on a joint: all."""
         return list(range(len(_PAIRS)))
 
     def columns(self, sample: Sample, joint: int) -> Array:
@@ -155,7 +154,7 @@ class Tool:
         return mass, np.clip(moment / mass, -REACH, REACH) if mass > 1e-3 else np.zeros(3)
 
     def second_moments(self, deviation: Array) -> Array:
-        """Return what the fixed parameters must be, given the others, (6,) [kg m^2]."""
+        """Return the fixed parameters that follow from the others, (6,) [kg m^2]."""
         mass, center = self.total(deviation)
         before = np.array(self._base.center_of_mass)
         change = mass * np.outer(center, center) - self._base.mass * np.outer(before, before)
@@ -187,6 +186,6 @@ class Tool:
 
 
 def _moment(values: dict[str, Any], link: int, axis: int) -> float:
-    """Return a link's mass (axis 3) [kg] or mass times centre of mass along an axis [kg m]."""
+    """Return the mass of a link (axis 3) [kg], or its first moment along an axis [kg m]."""
     mass = values['links.mass'][link]
     return mass if axis == 3 else mass * values['links.center_of_mass'][3 * link + axis]

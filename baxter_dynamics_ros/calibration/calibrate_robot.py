@@ -1,4 +1,4 @@
-"""Calibration: from recordings to the settings of one's own robot."""
+"""Calibration of a robot from recordings."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
@@ -21,28 +21,29 @@ from ..recordings.notices import Notice
 from ..recordings.playback import Recording
 from ..recordings.velocity_lag import Lag
 
-PARTS = 5  # into which a single recording is split
+PARTS = 5  # number of folds of a single recording
 SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
-_LAG_OFF = 0.001  # a velocity lag that differs by more [s] is taken over
-_SIGMAS = 3.0  # ... and by as many standard errors
+_LAG_OFF = 0.001  # minimum difference for which the measured velocity lag is adopted [s]
+_SIGMAS = 3.0  # ... and minimum number of standard errors
 
 
 def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = None,
               inertial: bool = False, payload: bool = False, only: Collection[str] = (),
               progress: Callable[[str], None] | None = None) -> Calibration:
     """
-    Fit the effort model, and what else is asked for, to recordings of one arm.
+    Fit the effort model, and optionally links and payload, to recordings of one arm.
 
     Parameters
     ----------
     recordings : list of Recording
-        Each can be read more than once.
+        Recordings of one arm; each must be readable more than once.
     values : dict, optional
-        Settings to begin with: the package's defaults, or an earlier calibration.
+        Initial settings, such as an earlier calibration; the defaults if omitted.
     inertial, payload : bool
-        Whether to fit the links' inertial parameters, and what the hand carries.
+        Whether to fit the inertial parameters of the links, and the payload.
     only : collection of str
-        Names of the terms to fit, whatever they buy; by default all, where they pay.
+        Names of the terms to fit unconditionally. By default every term is fitted that improves
+        the cross-validated residual.
     progress : callable, optional
         Called with a description of each stage.
 
@@ -51,12 +52,12 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
     CalibrationError
         If the recordings cannot be used, with the reason.
     ArgumentError
-        If a setting is refused, or there is no such term.
+        If a setting is invalid, or a term does not exist.
 
     """
     report = progress or (lambda text: None)
     values = _starting_values(values, one_arm(recordings))
-    if only:  # beside what is asked for by name
+    if only:  # in addition to the named terms
         only = (*only, *(['inertial'] if inertial else []), *(['payload'] if payload else []))
     motions, notices = distinct(_observed(recordings, values, report))
     refuse(motions)
@@ -81,7 +82,7 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
     report('fitting')
     wanted = {'bias', *only, *OPTIONAL}
     if inertial or payload:
-        wanted.add('tilt')  # whose part the bodies would take otherwise
+        wanted.add('tilt')  # otherwise links or payload would absorb it
     problem, choice, contacts, in_contact = _without_contact(values, terms, wanted, motions)
     notices += in_contact
     report('judging on what was left out')
@@ -96,7 +97,7 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
 
 
 def _starting_values(values: dict[str, Any] | None, arm: str) -> dict[str, Any]:
-    """Return all settings, with the given tilt of the base as a part of gravity."""
+    """Return all settings, with the tilt of the base expressed in gravity."""
     given = PredictorSettings({**(values or {}), 'arm': arm})
     if not given.values['effort_model.enabled']:
         raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
@@ -117,13 +118,13 @@ def _observed(recordings: Iterable[Recording], values: dict[str, Any],
 
 
 def _is_off(lag: Lag, setting: float) -> bool:
-    """Return whether the measured lag certainly differs from the setting [s]."""
+    """Return whether the measured lag differs significantly from the setting [s]."""
     return abs(lag.value - setting) > max(_LAG_OFF, _SIGMAS * lag.uncertainty)
 
 
 def _terms(settings: PredictorSettings, motions: list[Motion], only: Collection[str],
            asked: dict[str, bool]) -> tuple[list[Term], list[Notice]]:
-    """Return the terms to fit, and a notice if the spring's shape is not among them."""
+    """Return the terms to fit, and a notice if the shape of the spring is not fitted."""
     lower, upper = settings.effort_model.spring_range
     low, high = np.clip(_sweep(motions), lower, upper)
     shape = sweeps(low, high, settings.values)
@@ -142,7 +143,7 @@ def _terms(settings: PredictorSettings, motions: list[Motion], only: Collection[
 
 
 def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
-    """Return whether s1, between two angles [rad], sweeps enough of the spring's range."""
+    """Return whether the range of s1 [rad] covers enough of the spring's range."""
     lower, upper = values['effort_model.spring_range']
     low, high = np.clip([low, high], lower, upper)
     return bool(high - low >= SWEEP * (upper - lower))
@@ -151,7 +152,7 @@ def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
 def _without_contact(
         values: dict[str, Any], terms: list[Term], wanted: Collection[str],
         motions: list[Motion]) -> tuple[Problem, Choice, list[Contact], list[Notice]]:
-    """Choose the terms; where the residual shows contact, leave that out and choose again."""
+    """Select the terms; if the residual shows contact, exclude it and select again."""
     problem = pose(values, terms, motions)
     choice = choose(problem, wanted)
     contacts = [contact for motion in motions for contact in find_contacts(
@@ -178,7 +179,7 @@ def _free_of(contacts: list[Contact], motion: Motion) -> Motion:
 
 
 def _judged(fit: Fit, problem: Problem, motions: list[Motion]) -> list[Judged]:
-    """Return the fold results, with the errors of whole recordings where they hold contact."""
+    """Return the fold results, including contact for recordings that contain it."""
     return [one if len(free) == len(motion) else replace(
                 one, with_contact=rms(residual(motion, problem.updated(b))))
             for one, free, motion, b in zip(fit.judged, problem.motions, motions, fit.left_out)]
@@ -191,7 +192,7 @@ def _unidentifiable(choice: Choice) -> list[Notice]:
 
 
 def _given_up(choice: Choice, last: int) -> list[Notice]:
-    """Return a notice if terms were given up because an earlier step predicts better."""
+    """Return a notice if terms were rejected because an earlier step predicts better."""
     names = [step.term for step in choice.steps[last + 1:] if step.joints]
     if not names:
         return []
@@ -208,7 +209,7 @@ def _far_payload(parameters: list[Fitted]) -> list[Notice]:
 
 
 def _sweep(motions: list[Motion]) -> tuple[float, float]:
-    """Return between which angles s1 is nearly all the time [rad]."""
+    """Return the range of s1 without outliers [rad]."""
     s1 = np.concatenate([motion.q[:, S1] for motion in motions])
     return tuple(np.quantile(s1, [0.002, 0.998]).tolist())
 

@@ -1,4 +1,4 @@
-"""Results of a calibration: typed data for files, reports and people."""
+"""Results of a calibration."""
 
 from dataclasses import dataclass
 from typing import Any, TYPE_CHECKING
@@ -18,48 +18,47 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """Fold result: a recording, or a part of one, predicted by a fit to the others."""
+    """Fold result: residual of a recording or part, with a fit to the others."""
 
     name: str
     duration: float  # without contact [s]
-    before: Array  # RMS (7,) of the residual with the settings before, without contact [N m]
-    after: Array  # ... with what the others gave
-    # ... with what the others gave, and contact not left out; None if there is no contact
+    before: Array  # RMS (7,) of the residual with the initial settings, without contact [N m]
+    after: Array  # ... with a fit to the other folds
+    # ... with a fit to the other folds, contact included; None if there is no contact
     with_contact: 'Array | None' = None
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """
-    What a calibration found.
+    Result of a calibration.
 
     Attributes
     ----------
     arm : str
         'right' or 'left'.
     before, values : dict
-        All settings of the predictor, before and calibrated; the velocity lag is the measured one
-        in both.
+        All settings of the predictor, initial and calibrated, both with the measured velocity lag.
     parameters : list of Fitted
-        What was fitted.
+        Fitted quantities.
     steps : list of Step
         Cross-validated residual after each term that was tried; the first has no term.
     judged : list of Judged
-        Result of each fold.
+        Results of the folds.
     by_time : bool
         Whether the folds are parts of one recording.
     lag : Lag or None
-        Lag of the velocity.
+        Measured velocity lag.
     check : DataCheck or None
         Check of the data; None if there are too few samples.
     contacts : list of Contact
-        What was left out of the fit as contact.
+        Contact excluded from the fit.
     notices : tuple of Notice
-        What a reader should know.
+        Warnings about data and fit.
     samples, duration : int, float
-        Size of the data that were fitted [-, s].
+        Number of fitted samples and their duration [s].
     s1_range : tuple
-        Between which angles s1 was nearly all the time [rad].
+        Range of s1 without outliers [rad].
 
     """
 
@@ -85,7 +84,7 @@ class Calibration:
 
     @property
     def rms_before(self) -> Array:
-        """Return the RMS (7,) over all folds, with the settings before [N m]."""
+        """Return the RMS (7,) over all folds with the initial settings [N m]."""
         return _pooled([(j.duration, j.before) for j in self.judged])
 
     @property
@@ -100,7 +99,7 @@ class Calibration:
                         for j in self.judged])
 
     def of_term(self, term: str) -> list[Fitted]:
-        """Return what was fitted of a term."""
+        """Return the fitted quantities of a term."""
         return [one for one in self.parameters if one.term == term]
 
 

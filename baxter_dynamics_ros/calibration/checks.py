@@ -1,4 +1,4 @@
-"""Checks before a fit: data that cannot be fitted are refused with the reason."""
+"""Checks of recordings before a fit."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -15,8 +15,8 @@ from ..recordings.data_check import DataCheck, DataChecker
 from ..recordings.notices import Notice
 from ..recordings.playback import Recording
 
-_SHORT = 1.0  # a recording that is shorter is left out [s]
-SHORTEST = 10.0  # recordings' length together, below which nothing can be fitted [s]
+_SHORT = 1.0  # minimum duration of a recording [s]
+SHORTEST = 10.0  # minimum duration of all recordings together [s]
 
 
 class CalibrationError(BaxterDynamicsError):
@@ -24,7 +24,7 @@ class CalibrationError(BaxterDynamicsError):
 
 
 def one_arm(recordings: Sequence[Recording]) -> str:
-    """Return the arm that all recordings are of; refuse if they differ."""
+    """Return the arm of all recordings; raise CalibrationError if they differ."""
     if not recordings:
         raise CalibrationError('no recordings')
     arms = sorted({recording.arm for recording in recordings})
@@ -35,7 +35,7 @@ def one_arm(recordings: Sequence[Recording]) -> str:
 
 
 def long_enough(motions: list[Motion]) -> list[Motion]:
-    """Return the motions that are long enough to say anything."""
+    """Return the motions that are long enough to be fitted."""
     return [motion for motion in motions if motion.duration >= _SHORT]
 
 
@@ -54,7 +54,7 @@ def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
 
 
 def refuse(motions: list[Motion]) -> None:
-    """Refuse data that cannot be fitted, with the reason."""
+    """Raise CalibrationError with the reason if the data cannot be fitted."""
     counts: dict[Any, int] = {}
     for motion in motions:
         for event, n in motion.counts.items():
@@ -81,7 +81,7 @@ def refuse(motions: list[Motion]) -> None:
 
 
 def check_data(motions: list[Motion], values: dict[str, Any]) -> 'DataCheck | None':
-    """Return the check of the data; refuse them where they are not what the model describes."""
+    """Return the check of the data; raise CalibrationError if they contradict the model."""
     checker = DataChecker(PredictorSettings(values))
     for motion in motions:
         checker.add(motion.time, np.stack([motion.q, motion.qd, motion.qdd, motion.effort], 1),
@@ -96,7 +96,7 @@ def check_data(motions: list[Motion], values: dict[str, Any]) -> 'DataCheck | No
 
 
 def warnings(motions: list[Motion]) -> Iterator[Notice]:
-    """Yield what a reader should know of the recordings."""
+    """Yield warnings about the recordings."""
     moving = _fastest(motions) > MOVES
     for kind, which, what in (
             ('still', ~moving, f'never moves faster than {MOVES:g} rad/s'),

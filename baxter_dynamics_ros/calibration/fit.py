@@ -1,4 +1,4 @@
-"""One calibration: choose the terms, fit them, and judge the fit on what it never saw."""
+"""Fit of a calibration: selection of terms, least squares, cross-validation."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -21,21 +21,21 @@ from ..model.joints import N_JOINTS
 
 _T = TypeVar('_T')
 
-_LINK_MARGIN = 0.05  # least eigenvalue of 1 + S that a link may have
-# Factor on the standard deviation of a link's prior, until the link can exist: small steps, or
-# the link ends far from the margin.
+_LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link
+# Factor on the standard deviation of a link's prior until the link is physically consistent. Larger
+# steps would end far from the margin.
 _TIGHTER = 0.9
-_TIES = 6  # times that a tool's second moments are found from its mass and centre of mass
-_WORSE = 0.01  # mean share by which a fit must be worse than an earlier step to be given up
+_TIES = 6  # number of iterations that tie a payload's second moments to mass and centre
+_WORSE = 0.01  # mean relative difference for which an earlier step is preferred
 
 
 class Problem(NamedTuple):
-    """Terms and data of a fit, and the sums that connect them."""
+    """Terms and data of a fit, and their normal equations."""
 
     before: dict[str, Any]  # all settings
     regressor: Regressor
     motions: list[Motion]
-    folds: list[NormalEquations]  # of each motion
+    folds: list[NormalEquations]  # one per motion
 
     @property
     def whole(self) -> NormalEquations:
@@ -48,7 +48,7 @@ class Problem(NamedTuple):
         return self._replace(regressor=regressor, folds=_sums(regressor, self.motions))
 
     def weights(self, rms: Array, correlation_time: Array | float = SHORTEST) -> Array:
-        """Return 1 / variance (7,), as if there were a sample a correlation time [1/(N m)^2]."""
+        """Return 1 / variance (7,) for one sample per correlation time [1/(N m)^2]."""
         rate = self.whole.count / sum(motion.duration for motion in self.motions)
         return 1 / (np.maximum(rms, 1e-4) ** 2 * np.maximum(rate * correlation_time, 1.0))
 
@@ -67,10 +67,10 @@ class Problem(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """Terms that were chosen, and a preliminary fit of them."""
+    """Selected terms, and a preliminary fit."""
 
     steps: list[Step]
-    unidentifiable: dict[int, list[str]]  # joint -> names of the terms its motion does not show
+    unidentifiable: dict[int, list[str]]  # joint -> names of unidentifiable terms
     values: dict[str, Any]  # settings of the preliminary fit
 
 
@@ -85,7 +85,7 @@ class Fit:
 
     @property
     def log_error(self) -> float:
-        """Return the mean logarithm of the joints' RMS on data left out."""
+        """Return the mean logarithm of the cross-validated RMS of the joints."""
         total = sum(one.duration * one.after ** 2 for one in self.judged)
         return _log_error(np.sqrt(total / sum(one.duration for one in self.judged)))
 
@@ -97,7 +97,7 @@ def pose(values: dict[str, Any], terms: list[Term], motions: list[Motion]) -> Pr
 
 
 def choose(problem: Problem, wanted: Collection[str]) -> Choice:
-    """Choose the terms; those named in ``wanted`` are fitted whatever they buy."""
+    """Select the terms; those named in ``wanted`` are always fitted."""
     weights = problem.weights(_spread(problem))
     mask, lost = unknown(problem.regressor, problem.whole, weights, turning(problem.motions))
     steps = select(problem.regressor, problem.folds, weights, wanted, mask)
@@ -139,7 +139,7 @@ def best_fit(problem: Problem, steps: Sequence[Step]) -> tuple[Fit, int]:
 
 
 def fit_terms(problem: Problem, step: Step) -> Fit:
-    """Fit what a step has kept, and judge it on each motion by a fit to the others."""
+    """Fit the parameters kept by a step, and cross-validate over the motions."""
     active = step.active
     b = _solve(problem, problem.whole, problem.weights(step.rms), active)
     if _is_bilinear(problem, active):
@@ -149,7 +149,7 @@ def fit_terms(problem: Problem, step: Step) -> Fit:
     weights = problem.weights(left_over)
     left_out = [_solve(problem, problem.whole - fold, weights, active) for fold in problem.folds]
     values = problem.updated(_solve(problem, problem.whole, weights, active))
-    # Residuals that stay alike for longer widen the deviations, and leave the fit as it is.
+    # Correlated residuals widen the standard deviations but do not change the fit.
     times = correlation_times(residuals, [motion.period for motion in problem.motions])
     covariance = _covariance(problem, problem.weights(left_over, times), active, left_out)
     parameters = [fitted for term, where in zip(problem.regressor.terms, problem.regressor.slices)
@@ -171,7 +171,7 @@ def _log_error(rms: Array) -> float:
 
 
 def _spread(problem: Problem) -> Array:
-    """Return the RMS (7,) that is left once bias and payload are known [N m]."""
+    """Return the RMS (7,) of the residual after fitting bias and payload alone [N m]."""
     regressor = problem.regressor
     active = np.zeros(len(regressor.parameters), dtype=bool)
     for term, where in zip(regressor.terms, regressor.slices):
@@ -181,14 +181,14 @@ def _spread(problem: Problem) -> Array:
 
 
 def _is_bilinear(problem: Problem, active: Bools) -> bool:
-    """Return whether gravity's direction multiplies bodies, and both are fitted."""
+    """Return whether both the tilt and links or payload are fitted: their product is bilinear."""
     terms = zip(problem.regressor.terms, problem.regressor.slices)
     kinds: set[type] = {type(term) for term, where in terms if active[where].any()}
     return Tilt in kinds and bool(kinds & {Links, Tool})
 
 
 def _free(problem: Problem, active: Bools) -> Bools:
-    """Return which active parameters do not follow from others, (p,) bool."""
+    """Return the active parameters that do not follow from others, (p,) bool."""
     free = active.copy()
     for term, where in problem.of_kind(Tool):
         free[where.start + np.array(term.fixed)] = False
@@ -196,7 +196,7 @@ def _free(problem: Problem, active: Bools) -> Bools:
 
 
 def _solve(problem: Problem, normal: NormalEquations, weights: Array, active: Bools) -> Array:
-    """Return the deviations (p,), of which some follow from others, with bodies that can exist."""
+    """Return the deviations (p,), with tied parameters and physically consistent links."""
     parameters = list(problem.regressor.parameters)
     free = _free(problem, active)
     b: Array = np.zeros(len(parameters))
@@ -207,7 +207,7 @@ def _solve(problem: Problem, normal: NormalEquations, weights: Array, active: Bo
             b[where.start + np.array(term.fixed)] = term.second_moments(b[where])
     for links, where in problem.of_kind(Links):
         while (least := links.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
-            link = 10 * int(np.argmin(least))  # rely more on its prior
+            link = 10 * int(np.argmin(least))  # tighten its prior
             for k in range(where.start + link, where.start + link + 10):
                 parameters[k] = parameters[k].tightened(_TIGHTER)
             b = solve(normal, weights, parameters, free, b)
@@ -218,8 +218,8 @@ def _covariance(problem: Problem, weights: Array, active: Bools, left_out: list[
     """
     Return the covariance of all parameters, (p, p).
 
-    Noise and prior give it, scaled up to the differences between the fits without each motion in
-    turn (the jackknife): a model that lacks something fits each motion differently.
+    The covariance from noise and prior is scaled up to the jackknife variance of the fits without
+    each motion, because an incomplete model fits every motion differently.
     """
     mask = _free(problem, active)
     free = np.flatnonzero(mask)
@@ -233,7 +233,7 @@ def _covariance(problem: Problem, weights: Array, active: Bools, left_out: list[
 
 
 def residual(motion: Motion, values: dict[str, Any]) -> Array:
-    """Return the residual of a motion with some settings, (n, 7) [N m], by the node's own code."""
+    """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
     settings = PredictorSettings(values)
     model = settings.effort_model
     presliding = (motion.presliding(model.dahl_length) if model.has_dahl

@@ -1,4 +1,4 @@
-"""Data of a fit: the estimates of recordings, made by the node's own estimator."""
+"""Data of a fit: motion estimates of recordings, from the estimator of the predictor."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,28 +12,28 @@ from ..model.presliding import Presliding
 from ..recordings.playback import play, Recording
 from ..recordings.velocity_lag import segments
 
-_SPEED_SPAN = 0.1  # on either side, over which the speed is taken from positions [s]
+_SPEED_SPAN = 0.1  # half span of the position difference that gives the speed [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The estimates of one recording that have a measured effort, n of them; joint order."""
+    """The n estimates of a recording that have a measured effort; joint order s0 ... w2."""
 
     name: str
-    time: Array  # (n,) the estimates' instants, since the first [s]
+    time: Array  # (n,) instants of the estimates, relative to the first [s]
     q: Array  # (n, 7) [rad]
     qd: Array  # (n, 7) [rad/s]
     qdd: Array  # (n, 7) [rad/s^2]
     effort: Array  # (n, 7) measured [N m]
-    newest_q: Array  # (n, 7) position when the estimate was made [rad]
-    newest_qd: Array  # (n, 7) velocity as measured [rad/s]; NaN where there is none
-    counts: dict[Any, int] = field(default_factory=dict)  # what the stream handler met
+    newest_q: Array  # (n, 7) newest position at the time of the estimate [rad]
+    newest_qd: Array  # (n, 7) newest measured velocity [rad/s]; NaN if missing
+    counts: dict[Any, int] = field(default_factory=dict)  # counts of the stream handler
 
     def __len__(self) -> int:
         return len(self.time)
 
     def rows(self, start: int, stop: int) -> 'Motion':
-        """Return some of the rows, as a recording of their own."""
+        """Return the given rows as a motion."""
         return self._taken(slice(start, stop))
 
     def renamed(self, name: str) -> 'Motion':
@@ -42,7 +42,7 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """Time that the estimates cover, without gaps [s]."""
+        """Time covered by the estimates, without gaps [s]."""
         if not len(self):
             return 0.0
         return float(sum(np.ptp(self.time[segment]) for segment in self.segments))
@@ -54,7 +54,7 @@ class Motion:
 
     @property
     def segments(self) -> list[slice]:
-        """Slices between which the filter started anew."""
+        """Slices between restarts of the filter."""
         return segments(self.time)
 
     @property
@@ -92,7 +92,7 @@ class Motion:
         Parameters
         ----------
         length : float, or array_like (m, 1)
-            The angle over which friction turns round [rad], or several.
+            Angle over which friction reverses [rad], or several.
 
         Returns
         -------

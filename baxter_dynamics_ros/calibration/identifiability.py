@@ -1,4 +1,4 @@
-"""Identifiability: parameters that the motion leaves as uncertain as they were before."""
+"""Identifiability of parameters: comparison of posterior and prior uncertainty."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from .normal import information, NormalEquations, Regressor
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 
-MOVES = 0.05  # a joint that never exceeds this speed does not move [rad/s]
+MOVES = 0.05  # minimum speed of a moving joint [rad/s]
 
-_UNKNOWN = 0.7  # share of the prior's uncertainty that is left, above which nothing was learnt
+_UNKNOWN = 0.7  # ratio of posterior to prior deviation above which a parameter is unidentifiable
 
 
 def turning(motions: list[Motion]) -> Bools:
-    """Return which joints move in both directions, judged by positions, (7,) bool."""
+    """Return the joints whose positions move in both directions, (7,) bool."""
     speed = np.concatenate([motion.speed for motion in motions])
     return (speed.max(0) > MOVES) & (speed.min(0) < -MOVES)
 
@@ -21,25 +21,25 @@ def turning(motions: list[Motion]) -> Bools:
 def unknown(regressor: Regressor, normal: NormalEquations, weights: Array,
             turning: Bools) -> tuple[Bools, dict[int, list[str]]]:
     """
-    Find the unidentifiable parameters of each joint, even alone beside the bias.
+    Find the parameters of each joint that are unidentifiable even when fitted with the bias alone.
 
-    Those of a joint that does not turn round are among them: noise would be fitted to noise.
+    This includes the parameters of joints that do not reverse.
 
     Parameters
     ----------
     regressor : Regressor
         All terms.
     normal : NormalEquations
-        Of all the data.
+        Sums over all data.
     weights : ndarray (7,)
         1 / variance of each joint's residual [1/(N m)^2].
     turning : ndarray (7,) of bool
-        Which joints turn round.
+        Joints that reverse.
 
     Returns
     -------
     tuple (ndarray (p,) of bool, dict)
-        Which, and index of a joint -> names of the terms.
+        Unidentifiable parameters, and joint index -> names of their terms.
 
     """
     parameters = regressor.parameters

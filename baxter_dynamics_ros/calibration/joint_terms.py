@@ -1,4 +1,4 @@
-"""What can be fitted of a joint's own: friction, bias, cables, the spring at s1."""
+"""Terms of single joints: friction, bias, cables, added inertia, spring at s1."""
 
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
@@ -10,21 +10,20 @@ from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
 
-# What is believed before anything is measured: standard deviations, here as shares of a joint's
-# greatest torque, for torques and what makes them.
+# Standard deviations of the priors. Those of torques are shares of the largest joint torque.
 _LARGEST = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # torque of each joint [N m]
 TORQUE = 0.04 * _LARGEST  # [N m]
-# Offsets are bounded by nothing but the sensor: 30 to 40 N m at s1 were measured on some robots.
+# Offsets of 30 to 40 N m at s1 were measured on some robots.
 OFFSET = _LARGEST  # [N m]
-GAIN = 'gain'  # component of a spring whose shape is kept
+GAIN = 'gain'  # component of a spring with a fixed shape
 
-_GAIN = 0.2  # of the spring's given shape [-]
-_SHAPE = 5.0  # a coefficient of the spring [N m]
-_NEW_SHAPE = 100.0  # ... where nothing is known of it
+_GAIN = 0.2  # gain of a fixed spring shape [-]
+_SHAPE = 5.0  # coefficient of the spring [N m]
+_NEW_SHAPE = 100.0  # ... without prior knowledge [N m]
 
 
 class PerJoint:
-    """A term of each joint's own: one parameter, one column."""
+    """Term with one parameter and one column per joint."""
 
     shared = False
 
@@ -42,7 +41,7 @@ class PerJoint:
             for i in range(N_JOINTS))
 
     def acting(self, joint: int) -> list[int]:
-        """Return which of the parameters act on a joint."""
+        """Return the indices of the parameters that act on a joint."""
         return [] if joint in self._without else [joint]
 
     def columns(self, sample: Sample, joint: int) -> Array:
@@ -63,7 +62,7 @@ class PerJoint:
 
 
 class DahlFriction(PerJoint):
-    """Dahl's friction, once for each candidate length; a fit uses one of them."""
+    """Dahl friction for one candidate length; a fit uses one of the candidates."""
 
     def __init__(self, lower: Array, index: int, length: float) -> None:
         super().__init__('dahl', 'N m', TORQUE, lambda sample: sample.presliding[:, index], lower)
@@ -76,7 +75,7 @@ class DahlFriction(PerJoint):
 
 
 class Spring:
-    """The spring at s1: its shape, or a gain on the shape it has; its offset is the bias."""
+    """Spring at s1: its shape, or a gain of a fixed shape; its offset is part of the bias."""
 
     name = 'spring'
     shared = False
@@ -97,7 +96,7 @@ class Spring:
             self.parameters = (Parameter(_GAIN),)
 
     def acting(self, joint: int) -> list[int]:
-        """Return which of the parameters act on a joint: all on s1."""
+        """Return the indices of the parameters that act on a joint: all on s1."""
         return list(range(len(self.parameters))) if joint == S1 else []
 
     def columns(self, sample: Sample, joint: int) -> Array:

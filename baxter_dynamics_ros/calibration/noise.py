@@ -1,26 +1,26 @@
-"""For how long what a model leaves over stays alike: how much a sample is worth."""
+"""Correlation time of residuals, which determines the effective number of samples."""
 
 import numpy as np
 
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
-# For at least so long [s]: what a model lacks comes back with the motion.
+# Lower bound of the correlation time [s]: model errors recur with the motion.
 SHORTEST = 1.0
 
 
 def correlation_times(residuals: list[Array], periods: list[float]) -> Array:
     """
-    Return for how long residuals are alike (7,) [s].
+    Return the correlation times (7,) of residuals [s].
 
     The integral of their autocorrelation, summed to where it has become small (Sokal's window).
 
     Parameters
     ----------
     residuals : list of ndarray (n, 7)
-        Of each recording [N m].
+        Residual of each recording [N m].
     periods : list of float
-        Their time step [s].
+        Time step of each recording [s].
 
     """
     times = []

@@ -1,4 +1,4 @@
-"""Normal equations of the regressor: all that a fit needs of a recording, of any length."""
+"""Normal equations: sums over recordings from which a fit is computed."""
 
 from collections.abc import Iterator, Sequence
 from copy import copy
@@ -16,15 +16,15 @@ from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools, Indices
 from ..model.joints import N_JOINTS
 
-_ROWS = 1024  # at a time: the links' regressor of a row has 784 numbers
+_ROWS = 1024  # rows per block; the regressor of the links has 784 numbers per row
 
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
     """
-    Sums over samples, a joint at a time; p parameters.
+    Sums over samples per joint, for p parameters.
 
-    With the regressor X_j of joint j and y_j, what the model before the fit leaves over.
+    X_j is the regressor of joint j, and y_j its residual before the fit.
     """
 
     matrix: Array  # (7, p, p) X_j^T X_j
@@ -49,22 +49,21 @@ class NormalEquations:
 
 class Regressor:
     """
-    The columns of all terms, and the deviations they stand for in one vector.
+    Regressor of all terms; their deviations form one vector.
 
     Parameters
     ----------
     settings : PredictorSettings
-        The model before the fit: linear terms are columns, the tilt and the links are linearised
-        about it.
+        Model before the fit, about which tilt and links are linearised.
     terms : list
-        Of :func:`~.terms.all_terms`.
+        Terms from :func:`~.terms.all_terms`.
 
     Attributes
     ----------
     slices : list of slice
-        Where each term's parameters are.
+        Parameters of each term.
     parameters : tuple of Parameter
-        All of them.
+        Parameters of all terms.
 
     """
 
@@ -134,15 +133,15 @@ def solve(normal: NormalEquations, weights: Array, parameters: Sequence[Paramete
     Parameters
     ----------
     normal : NormalEquations
-        What was measured.
+        Sums over the data.
     weights : ndarray (7,)
-        How much a squared residual of each joint counts, 1 / its variance [1/(N m)^2].
+        Weight of each joint: 1 / variance of its residual [1/(N m)^2].
     parameters : sequence of Parameter
-        With their priors, which regularise, and their bounds.
+        Priors and bounds.
     active : ndarray (p,) of bool
-        Which are fitted; the others keep ``known``, or are zero.
+        Parameters to fit; the others keep ``known``, or are zero.
     known : ndarray (p,), optional
-        Deviations of those that are not fitted.
+        Deviations of the parameters that are not fitted.
 
     """
     b = np.zeros(len(parameters)) if known is None else np.where(active, 0.0, known)

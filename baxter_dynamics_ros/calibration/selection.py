@@ -1,4 +1,4 @@
-"""Selection of terms: each is kept where it improves the prediction of data left out."""
+"""Selection of terms by cross-validation."""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
@@ -22,14 +22,14 @@ class Step(NamedTuple):
 
 class LeftOut:
     """
-    Fits without each fold in turn, judged on that fold.
+    Cross-validation: fits without each fold in turn, evaluated on that fold.
 
     Parameters
     ----------
     regressor : Regressor
         The terms.
     folds : list of NormalEquations
-        Of recordings, or parts of one.
+        Sums over each recording, or over each part of one.
 
     """
 
@@ -55,7 +55,7 @@ class LeftOut:
 def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
            wanted: Collection[str], unknown: Bools) -> list[Step]:
     """
-    Choose the terms by what they do for data that were left out.
+    Select the terms that improve the cross-validated residual.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
     weights : ndarray (7,)
         1 / variance of each joint's residual [1/(N m)^2].
     wanted : collection of str
-        Names of terms that are fitted whatever they buy.
+        Names of terms that are always fitted.
     unknown : ndarray (p,) of bool
         Unidentifiable parameters, which are not fitted.
 
@@ -116,7 +116,7 @@ def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
 
 def _in_turn(regressor: Regressor, left_out: LeftOut, weights: Array,
              active: Bools) -> Iterator[tuple[Term, slice]]:
-    """Yield the terms and where they are; of Dahl's, only the one with the best length."""
+    """Yield the terms and their slices; of the Dahl terms only the one with the best length."""
     tried = set()
     for term, where in zip(regressor.terms, regressor.slices):
         if term.name in tried:

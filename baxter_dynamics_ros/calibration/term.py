@@ -1,4 +1,4 @@
-"""What the terms of a fit have in common: parameters, samples, interface."""
+"""Interface of the terms of a fit, and the types that they share."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -17,35 +17,35 @@ class Fitted:
     """One quantity after the fit."""
 
     term: str  # name of the term
-    joint: 'int | None'  # index of its joint, or of the joint that moves the link; None of all
-    component: str  # which of several quantities, such as 'sin q' or 'mass'; empty for the only
+    joint: 'int | None'  # index of the joint or of the link; None if shared by all joints
+    component: str  # such as 'sin q' or 'mass'; empty if the term has one quantity per joint
     unit: str
     before: float
     value: float
     deviation: float  # standard deviation
 
 
-# By which share a term must lower the RMS on what was left out to be kept: of one joint for a
-# joint's own term, on the mean for a term of all joints, which may harm some. What has no physics
-# behind it must buy more, for it also passes for what the filter does to sharp friction.
+# Minimum relative improvement of the cross-validated RMS for which a term is kept: of the joint
+# for a term of one joint, of the mean for a shared term. Terms without a physical basis need more,
+# because they can also imitate the effect of the filter on sharp friction.
 WORTH, WORTH_OF_ALL, WORTH_OF_ODD = 0.01, 0.02, 0.05
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number to fit: a deviation from what the settings say."""
+    """Parameter of a fit: a deviation from the settings."""
 
-    prior: float  # standard deviation before anything is measured
-    lower: float = -np.inf  # least deviation
+    prior: float  # standard deviation of the prior
+    lower: float = -np.inf  # lower bound of the deviation
 
     def tightened(self, factor: float) -> 'Parameter':
-        """Return it with a prior that much narrower."""
+        """Return the parameter with its prior scaled by the factor."""
         return replace(self, prior=factor * self.prior)
 
 
 @dataclass(eq=False)
 class Sample:
-    """Some rows of a motion, and what several terms need of them."""
+    """Rows of a motion, and quantities that several terms use."""
 
     motion: Motion
     presliding: Array  # (n, m, 7) Dahl's state for each of the m dahl_lengths()
@@ -68,15 +68,15 @@ class Sample:
 
 
 class Term(Protocol):
-    """What every term can do."""
+    """Interface of a term."""
 
     name: str
-    shared: bool  # by all joints, whose own terms are fitted each for itself
-    worth: float  # share by which it must lower the RMS
+    shared: bool  # whether the term acts on all joints together
+    worth: float  # minimum relative improvement of the RMS
     parameters: tuple[Parameter, ...]
 
     def acting(self, joint: int) -> list[int]:
-        """Return which of the parameters act on a joint."""
+        """Return the indices of the parameters that act on a joint."""
 
     def columns(self, sample: Sample, joint: int) -> Array:
         """Return the effort of a joint for a unit of each parameter that acts on it, (n, k)."""
@@ -86,4 +86,4 @@ class Term(Protocol):
 
     def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
                active: Bools) -> Iterator[Fitted]:
-        """Yield what was fitted."""
+        """Yield each quantity that was fitted."""

@@ -1,8 +1,8 @@
 """
-What can be fitted, term by term, in the order in which the terms are tried.
+Terms of a fit, in the order in which they are tried.
 
-Each term knows its parameters (deviations from what the settings say), the columns of the
-regressor that belong to them, and how it is written into the settings.
+Each term defines its parameters (deviations from the settings), their columns in the regressor,
+and how they change the settings.
 """
 
 import numpy as np
@@ -16,16 +16,16 @@ from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
 
 TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt')
-OPTIONAL = ('inertial', 'payload')  # terms that are fitted where asked for, and then in any case
+OPTIONAL = ('inertial', 'payload')  # fitted only on request, and then always
 
-_INERTIA = 0.5  # before anything is measured: standard deviation [kg m^2]
+_INERTIA = 0.5  # standard deviation of the prior [kg m^2]
 
-# Candidates for the angle over which Dahl's friction turns round [rad].
+# Candidates for the angle over which Dahl friction reverses [rad].
 _DAHL_LENGTHS = (0.01, 0.02, 0.03, 0.05)
 
 
 def dahl_lengths(model: EffortModel) -> tuple[float, ...]:
-    """Return the lengths to try [rad]: the model's own where it has Dahl's friction."""
+    """Return the Dahl lengths to try [rad]: that of the model if it has Dahl friction."""
     return (model.dahl_length,) if model.has_dahl else _DAHL_LENGTHS
 
 
@@ -36,17 +36,17 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     Parameters
     ----------
     settings : PredictorSettings
-        What the parameters are deviations from.
+        Settings from which the parameters are deviations.
     shape : bool
         Whether the spring's shape is fitted.
     constant : bool
-        Whether the spring's shape has its constant, which otherwise is s1's bias.
+        Whether the spring shape includes a constant; otherwise it is part of the bias of s1.
 
     """
     model = settings.effort_model
     terms: list[Term] = [
         PerJoint('bias', 'N m', OFFSET, _ones),
-        Tool(settings.arm.payload),  # friction pays next to nothing while a load is not known
+        Tool(settings.arm.payload),  # first: an unknown load hides friction
     ]
     if shape or model.has_spring:
         terms.append(Spring(model, shape, constant))
@@ -62,7 +62,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
         terms.append(Tilt())
     return [
         *terms, Links(settings.arm),
-        # Last, for over a small range a spring passes for many things; at s1 there is the spring.
+        # Last, because stiffness over a small range can imitate other terms; s1 has the spring.
         PerJoint('stiffness', 'N m/rad', TORQUE, lambda sample: sample.motion.q, without=(S1,),
                  worth=WORTH_OF_ODD),
     ]

@@ -1,1 +1,1 @@
-"""The arm's dynamics, with NumPy and nothing else."""
+"""Dynamics, kinematics and effort model of the arm; needs only NumPy."""

@@ -16,44 +16,44 @@ from .parameters import ArmParameters, paper_parameters, Payload
 from .validation import finite
 
 _T = TypeVar('_T')
-_UPRIGHT = 1e-12  # gravity's part across the axis of joint 1 that is rounding
+_UPRIGHT = 1e-12  # relative gravity component across the axis of joint 1 that is rounding
 
 
 class BaxterArm:
     r"""
     Rigid-body dynamics of a Baxter arm: tau = M(q) qdd + C(q, qd) qd + G(q), eq. (1).
 
-    Joint order is s0, s1, e0, e1, w0, w1, w2, in which q, qd, qdd and tau have shape (..., 7);
-    leading axes are a batch and broadcast against each other. Units are rad, rad/s, rad/s^2,
+    q, qd, qdd and tau have shape (..., 7) in the joint order s0, s1, e0, e1, w0, w1, w2; leading
+    axes are a batch and broadcast against each other. Units are rad, rad/s, rad/s^2,
     N m, kg m^2. tau is positive in the direction of positive q.
 
-    The right and the left arm have the same dynamics. To change a payload, make another instance.
+    The right and the left arm have the same dynamics. Instances are immutable: create another one
+    for another payload.
 
     Parameters
     ----------
     payload : Payload, optional
-        What the hand carries, in the hand frame. None by default: the paper's link 7 is wrist
-        and hand without a gripper.
+        Body fixed to the hand. None by default: link 7 of the paper is wrist and hand without a
+        gripper.
     gravity : array_like (3,), optional
         Gravity vector in the base frame [m/s^2].
     mount : array_like (4, 4), optional
-        Pose of the paper's frame {0} in the base frame. Identity by default, which makes frame
-        {0} the base frame; ``mount('right')`` of :mod:`baxter_dynamics_ros` makes it the robot's
-        ``base``.
+        Pose of the paper's frame {0} in the base frame. By default the base frame is frame {0};
+        with ``mount('right')`` of :mod:`baxter_dynamics_ros` it is the robot's ``base``.
     parameters : ArmParameters, optional
-        The links; by default those of the paper, corrected.
+        Link parameters; by default those of the paper, corrected.
     engine : str, optional
         'compiled' (C), 'python' (NumPy), or 'auto': the value of the environment variable
-        BAXTER_DYNAMICS_ENGINE, by default 'compiled' where the extension was built. The results
-        agree to rounding.
+        BAXTER_DYNAMICS_ENGINE if set, else 'compiled' if the extension is installed. Results agree
+        up to rounding.
 
     Attributes
     ----------
     engine : str
         'compiled' or 'python'.
     base_parameters : ndarray (43,) or (45,)
-        phi of ``tau = Y phi``, in the order of ``model.base_parameters.TILTED_NAMES``: the last
-        two, hx1 and hy1, only where gravity is not along the axis of joint 1. Read-only.
+        phi of ``tau = Y phi``, in the order of ``model.base_parameters.TILTED_NAMES``. The last
+        two, hx1 and hy1, exist only if gravity is not along the axis of joint 1. Read-only.
     closed_form_parameters : tuple of float
         Parameters of the closed form, in the order of ``model._closed_form.PARAMETERS``.
 
@@ -61,7 +61,7 @@ class BaxterArm:
     ------
     ArgumentError
         If an argument has the wrong shape or is not finite, mount is not a rigid transform, the
-        parameters are not those of an arm built like Baxter's, or the engine does not exist.
+        kinematic structure differs from Baxter's, or the engine is unknown or not available.
 
     """
 
@@ -77,7 +77,7 @@ class BaxterArm:
         pseudo_inertia[-1] += self.payload.pseudo_inertia
         gravity_0 = self.mount[:3, :3].T @ self.gravity_vector  # in frame {0}
         upright = bool(np.abs(gravity_0[:2]).max() <= _UPRIGHT * np.abs(gravity_0).max())
-        if upright:  # but for the rounding of a mount
+        if upright:  # remove the rounding errors of the mount
             gravity_0 = gravity_0 * [0.0, 0.0, 1.0]
         self._inertia_and_gravity = pseudo_inertia, gravity_0
         self._requested_engine = engine
@@ -92,11 +92,11 @@ class BaxterArm:
 
     @cached_property
     def composite(self) -> CompositeDynamics:
-        """Return the same dynamics by readable matrix equations, and the links' transforms."""
+        """Same dynamics as readable matrix equations, with the link transforms."""
         return CompositeDynamics(self.parameters, *self._inertia_and_gravity)
 
     def __reduce__(self) -> tuple[type['BaxterArm'], tuple[Any, ...]]:
-        """Pickle and copy what the arm was made of."""
+        """Pickle and copy by constructor arguments."""
         return BaxterArm, (self.payload, self.gravity_vector, self.mount, self.parameters,
                            self._requested_engine)
 
@@ -113,16 +113,16 @@ class BaxterArm:
         return self._functions['coriolis_matrix'](q, qd)
 
     def coriolis_torque(self, q: ArrayLike, qd: ArrayLike) -> Array:
-        """Return C(q, qd) qd, (..., 7) [N m], cheaper than by the matrix."""
+        """Return C(q, qd) qd, (..., 7) [N m], without forming C."""
         return self._functions['coriolis_torque'](q, qd)
 
     def gravity(self, q: ArrayLike) -> Array:
-        """Return G(q), (..., 7) [N m]: the torques that hold the arm still. Eq. (8)."""
+        """Return G(q), (..., 7) [N m]: the torques that hold the arm at rest. Eq. (8)."""
         return self._functions['gravity'](q)
 
     def terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
-        Return M(q), C(q, qd) and G(q) together, cheaper than one by one.
+        Return M(q), C(q, qd) and G(q), sharing common terms.
 
         Returns
         -------
@@ -134,7 +134,7 @@ class BaxterArm:
 
     def torque_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
-        Return M(q), C(q, qd) qd and G(q) together: what a controller needs, without the matrix C.
+        Return M(q), C(q, qd) qd and G(q), sharing common terms and without forming C.
 
         Returns
         -------
@@ -146,9 +146,9 @@ class BaxterArm:
 
     def momentum_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
-        Return p = M(q) qd, C(q, qd)^T qd and G(q) together, without forming M or C.
+        Return p = M(q) qd, C(q, qd)^T qd and G(q), without forming M or C.
 
-        They obey dp/dt = tau + C^T qd - G: what a momentum observer needs, which knows no qdd.
+        They obey dp/dt = tau + C^T qd - G, the equation of a momentum observer.
 
         Returns
         -------
@@ -169,7 +169,7 @@ class BaxterArm:
     def inverse_dynamics_gradient(self, q: ArrayLike, qd: ArrayLike,
                                   qdd: ArrayLike) -> tuple[Array, Array]:
         """
-        Return the derivatives of tau by q and by qd; that by qdd is M.
+        Return the derivatives of tau with respect to q and qd; with respect to qdd it is M.
 
         Returns
         -------

@@ -1,12 +1,12 @@
 """
-The 43 base parameters: all that torques can tell of the links.
+Base parameters: the 43 combinations of link parameters that determine the torques.
 
-Of link k, in *body frame* k (z along the axis of joint k, origin that of the paper's frame {k-1},
-turning with the link), J has second moments xx ... zz [kg m^2], first moments hx, hy, hz [kg m]
-and a mass. A mass on the joint's own axis moves with link k - 1 just as well: zz, hz and m belong
-to the link before, and what they add to it is its body frame's. Seven parameters are left for
-each of the links 2 to 7, and of link 1, whose axis stands still, the sum xx + yy: its moment of
-inertia. Where gravity is not along that axis, hx and hy of link 1 are felt as well.
+In *body frame* k (z along the axis of joint k, origin of the paper's frame {k-1}, fixed to link k)
+the pseudo-inertia J of link k has second moments xx ... zz [kg m^2], first moments hx, hy, hz
+[kg m] and a mass. Rotation about the joint axis does not move mass on that axis, so zz, hz and the
+mass can be added to link k - 1. Seven parameters remain for each of the links 2 to 7. The axis of
+link 1 is fixed, so only its moment of inertia xx + yy remains, and hx and hy if gravity is not
+along that axis.
 """
 
 import numpy as np
@@ -18,32 +18,32 @@ from .parameters import ArmParameters
 
 _LINKS = range(2, N_JOINTS + 1)
 _ELEMENTS = ('xx', 'yy', 'xy', 'xz', 'yz', 'hx', 'hy')
-# The order of base parameters, everywhere. zz of link 1 is its moment of inertia, xx + yy of J.
+# Order of the base parameters. izz1 is the moment of inertia of link 1, xx + yy of J.
 NAMES = ('izz1', *(f'{element}{link}' for link in _LINKS for element in _ELEMENTS))
-# ... and two more, felt where gravity is not along the axis of joint 1.
+# Two more that matter only if gravity is not along the axis of joint 1.
 TILTED_NAMES = (*NAMES, 'hx1', 'hy1')
-# The link lengths that the dynamics depend on, of Table II.
+# Lengths of Table II on which the dynamics depend.
 LENGTH_NAMES = ('a1', 'a3', 'd3', 'a5', 'd5')
 
 _ON_AXIS = np.zeros((4, 4), bool)
 _ON_AXIS[2:, 2:] = True
 _AT = {'xx': (0, 0), 'yy': (1, 1), 'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2), 'hx': (0, 3),
        'hy': (1, 3)}
-_ALPHA = np.pi / 2 * np.array([-1, 1, -1, 1, -1, 1])  # of links 1 to 6
+_ALPHA = np.pi / 2 * np.array([-1, 1, -1, 1, -1, 1])  # links 1 to 6 [rad]
 
 
 def base_parameters(parameters: ArmParameters, pseudo_inertia: Array) -> Array:
     """
-    Return the base parameters, (..., 45) in the order of :data:`TILTED_NAMES`.
+    Return the base parameters (..., 45) in the order of :data:`TILTED_NAMES`.
 
-    Linear in ``pseudo_inertia``.
+    They are linear in ``pseudo_inertia``.
 
     Parameters
     ----------
     parameters : ArmParameters
-        Whose d, a and alpha place the frames.
+        Parameters that define the frames by d, a and alpha.
     pseudo_inertia : ndarray (..., 7, 4, 4)
-        J of eq. (12) of the links, in the paper's frames [kg m^2, kg m, kg].
+        J of eq. (12) for each link, in the paper's frames [kg m^2, kg m, kg].
 
     """
     to_body = [_shift(parameters.a[k], parameters.d[k]) @ _turn_x(parameters.alpha[k])
@@ -65,16 +65,16 @@ def lengths(parameters: ArmParameters) -> tuple[float, ...]:
     Raises
     ------
     ArgumentError
-        If the arm is not built like Baxter's: alpha of links 1 to 6 is not -90, 90, -90, 90,
-        -90, 90 degrees, or a or d of link 2, 4 or 6 is not zero.
+        If the kinematic structure differs from Baxter's: alpha of links 1 to 6 is not -90, 90,
+        -90, 90, -90, 90 degrees, or a or d of link 2, 4 or 6 is not zero.
 
     """
     a, d, alpha = parameters.a, parameters.d, parameters.alpha
     if np.abs(alpha[:6] - _ALPHA).max() > 1e-12 or np.any(a[1:6:2]) or np.any(d[1:6:2]):
         raise ArgumentError(
-            'parameters', "expected Baxter's build (Table II: alpha of links 1 to 6 -90, 90, ... "
-            'degrees; a and d of links 2, 4 and 6 zero), for which the closed form was derived; '
-            'model.composite.CompositeDynamics computes any other')
+            'parameters', "expected Baxter's kinematic structure, for which the closed form was "
+            'derived (Table II: alpha of links 1 to 6 -90, 90, ... degrees; a and d of links 2, 4 '
+            'and 6 zero); use model.composite.CompositeDynamics for any other arm')
     return tuple(float(x) for x in (a[0], a[2], d[2], a[4], d[4]))
 
 
@@ -85,7 +85,7 @@ def _shift(a: float, d: float) -> Array:
 
 
 def _turn_x(alpha: float) -> Array:
-    """Return the rotation of alpha about x; of +-90 degrees exactly."""
+    """Return the rotation by alpha about x, exact for +-90 degrees."""
     s, c = np.sin(alpha), np.cos(alpha)
     if abs(c) < 1e-12:
         s, c = np.sign(s), 0.0

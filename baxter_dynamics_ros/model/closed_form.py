@@ -1,4 +1,4 @@
-"""Engines of the closed form: compiled from C, or in Python with NumPy."""
+"""Engines of the closed form: compiled C, or Python with NumPy."""
 
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -19,13 +19,13 @@ from .joints import N_JOINTS
 from .parameters import ArmParameters, theta_offsets
 from .validation import finite_batches
 
-# Of q and further vectors (..., 7); an array, or a tuple of arrays. Validates its arguments.
+# Maps q and further vectors (..., 7) to an array or a tuple of arrays; validates its arguments.
 Function = Callable[..., Any]
 
 COMPILED, PYTHON, AUTO = ENGINES = ('compiled', 'python', 'auto')
 ENGINE_VARIABLE = 'BAXTER_DYNAMICS_ENGINE'
 
-_BLOCK = 4096  # states computed at a time: a temporary and its neighbours stay in the cache
+_BLOCK = 4096  # number of states per block, so that temporaries stay in the cache
 _STATE = (N_JOINTS,)
 _FLOAT = np.dtype(float)
 _to_list: Callable[[Any], Any] = np.ndarray.tolist
@@ -39,12 +39,12 @@ def choose_engine(engine: str) -> str:
     ----------
     engine : str
         One of :data:`ENGINES`. 'auto' is the value of the environment variable
-        BAXTER_DYNAMICS_ENGINE, by default 'compiled' where the extension is installed.
+        BAXTER_DYNAMICS_ENGINE if set, else 'compiled' if the extension is installed.
 
     Raises
     ------
     ArgumentError
-        If there is no such engine, or 'compiled' is asked for and the extension does not load.
+        If the engine is unknown, or 'compiled' is requested and the extension does not load.
 
     """
     source = 'engine'
@@ -78,7 +78,7 @@ def parameter_values(parameters: ArmParameters, pseudo_inertia: Array, gravity: 
     parameters : ArmParameters
         The links.
     pseudo_inertia : ndarray (7, 4, 4)
-        J of eq. (12); that of ``parameters`` plus any payload in the last.
+        J of eq. (12): that of ``parameters``, with any payload added to the last link.
     gravity : ndarray (3,)
         Gravity vector in frame {0} [m/s^2].
     mount : ndarray (4, 4)
@@ -87,7 +87,7 @@ def parameter_values(parameters: ArmParameters, pseudo_inertia: Array, gravity: 
     Raises
     ------
     ArgumentError
-        If the arm is not built like Baxter's.
+        If the kinematic structure differs from Baxter's.
 
     """
     a, d, alpha = (x.tolist() for x in (parameters.a, parameters.d, parameters.alpha))
@@ -141,7 +141,7 @@ def _shifted(name: str, function: Function, shift: Array) -> Function:
 
 
 def _python_function(name: str, parameters: tuple[float, ...]) -> Function:
-    """Return a function of ``_closed_form`` for one state (7,) or many (..., 7)."""
+    """Return a function of ``_closed_form`` for one state (7,) or a batch (..., 7)."""
     function = getattr(_closed_form, name)
     names, shapes = _names(name), _shapes(name)
     size = sum(map(prod, shapes))
@@ -159,13 +159,13 @@ def _python_function(name: str, parameters: tuple[float, ...]) -> Function:
 
 
 def _is_state(value: object) -> bool:
-    """Return whether a value is a finite state (7,), which needs no conversion."""
+    """Return whether a value is a finite float array (7,), which needs no conversion."""
     return (type(value) is np.ndarray and value.shape == _STATE and value.dtype is _FLOAT
             and isfinite(value.dot(value)))
 
 
 def _split(result: Array, shapes: list[tuple[int, ...]]) -> Any:
-    """Return the arrays of the given shapes that lie one after the other in the last axis."""
+    """Split the last axis into consecutive arrays of the given shapes."""
     if shapes == [_STATE]:
         return result
     batch, start, parts = result.shape[:-1], 0, []
@@ -178,7 +178,7 @@ def _split(result: Array, shapes: list[tuple[int, ...]]) -> Any:
 
 def _compute_many(function: Function, size: int, parameters: tuple[float, ...],
                   arrays: Sequence[Array]) -> Array:
-    """Call a generated function on arrays (..., 7), block by block."""
+    """Evaluate a generated function on arrays (..., 7), block by block."""
     rows = [x.reshape(-1, N_JOINTS) for x in arrays]
     n = len(rows[0])
     result = np.empty((n, size))

@@ -1,10 +1,11 @@
 r"""
-Effort model: from the joint torque tau to the effort that the robot measures.
+Effort model: difference between measured effort and joint torque tau.
 
     effort = tau + spring(q_s1) + friction + bias + stiffness q + added_inertia qdd
 
-Two strong springs act on s1 in parallel to the motor and help to carry the arm, so the measured
-effort lacks their part of tau_s1. A simulator has no springs: see :meth:`EffortModel.rigid`.
+Two strong springs act on s1 in parallel with the motor and help carry the arm, so the measured
+effort does not contain their share of tau_s1. Simulators have no springs, see
+:meth:`EffortModel.rigid`.
 """
 
 from dataclasses import dataclass, field
@@ -20,7 +21,7 @@ from .validation import finite, number
 
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
 # robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
-# 1.5 N m is not included. Only the sum is well determined, not each coefficient.
+# 1.5 N m is not included. The sum is well determined, the individual coefficients are not.
 SPRING_COEFFICIENTS = (-5.7466, -8.6679, 38.3573, 9.3798, 2.2237)
 # Angles of s1 in those recordings [rad]. Outside, the spring torque at the limit is used.
 SPRING_RANGE = (-1.9, 1.0)
@@ -196,6 +197,6 @@ class EffortModel:
 
     def effort(self, tau: Array, q: Array, qd: Array, qdd: Array,
                presliding: Array | None = None) -> Array:
-        """Return what the robot measures, (..., 7) [N m], for the joint torque tau (..., 7)."""
+        """Return the measured effort (..., 7) [N m] predicted for joint torques tau (..., 7)."""
         result = tau + self.spring(q) + self.other(q, qdd)
         return result + self.friction(qd, presliding) if self.has_friction else result

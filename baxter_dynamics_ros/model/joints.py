@@ -1,25 +1,25 @@
-"""The arm's joints: names, order, limits, and where the arms are mounted."""
+"""Joints of an arm: names, order and limits; mounting poses of the arms."""
 
 import numpy as np
 
 from .arrays import Array
 from .exceptions import ArgumentError
 
-# The joint order of every array of this package.
+# Joint order of all arrays in this package.
 JOINTS = ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2')
 N_JOINTS = len(JOINTS)
 S1 = JOINTS.index('s1')  # the joint that carries the parallel springs
 
 SIDES = ('right', 'left')
-BASE_FRAME = 'base'  # the robot's own name for the frame in which mount() gives poses
+BASE_FRAME = 'base'  # the robot's name for the frame in which mount() returns poses
 
-# Joint limits of the manufacturer's robot description [rad].
+# Joint limits in the manufacturer's robot description [rad].
 POSITION_LOWER = np.array([-1.70167993878, -2.147, -3.05417993878, -0.05,
                            -3.059, -1.57079632679, -3.059])
 POSITION_UPPER = np.array([1.70167993878, 1.047, 3.05417993878, 2.618,
                            3.059, 2.094, 3.059])
 
-# Greatest joint speeds of the manufacturer's hardware specification [rad/s].
+# Maximum joint speeds in the manufacturer's hardware specification [rad/s].
 VELOCITY_LIMIT = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])
 
 
@@ -56,7 +56,7 @@ def mount(side: str) -> Array:
         If side is neither 'right' nor 'left'.
 
     """
-    joint_names(side)  # refuses an unknown side
+    joint_names(side)  # validates side
     sign = 1.0 if side == 'left' else -1.0
     yaw = sign * 0.7854  # rad
     c, s = np.cos(yaw), np.sin(yaw)

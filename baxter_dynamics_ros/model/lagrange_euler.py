@@ -1,16 +1,16 @@
 """
-The Lagrange-Euler formulation, equation by equation: the specification of the model.
+Lagrange-Euler formulation of the paper, equation by equation: the specification of the model.
 
-Written to be read beside the paper: the functions are eqs. (2) and (5) to (11), term by term, in
-the paper's notation and in its frame {0}; indices start at 0 instead of 1. Far too slow for a
-stream: :mod:`.composite` computes the same in a few matrix products, and :mod:`.closed_form`, the
-engine of :class:`~baxter_dynamics_ros.BaxterArm`, in far fewer operations.
+The functions implement eqs. (2) and (5) to (11) term by term, in the paper's notation and frame
+{0}, with indices that start at 0. They are too slow for streams: :mod:`.composite` computes the
+same in a few matrix products, and :mod:`.closed_form`, the engine of
+:class:`~baxter_dynamics_ros.BaxterArm`, in far fewer operations.
 
 ``p`` is an :class:`~baxter_dynamics_ros.model.parameters.ArmParameters`, ``q``, ``qd`` and ``qdd``
 have shape (..., 7) in rad, rad/s, rad/s^2, and ``g`` is the gravity vector (3,) in frame {0},
 ``(0, 0, -9.81)`` in the paper [m/s^2].
 
-A misprint is corrected: eq. (8) prints U_ij for U_ji.
+One misprint is corrected: eq. (8) prints U_ij instead of U_ji.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ Q = np.array([[0.0, -1.0, 0.0, 0.0],
 
 
 def link_transform(p: ArmParameters, i: int, q: ArrayLike) -> Array:
-    """Return ``(i-1)T_i`` of eq. (2), (..., 4, 4), from link i's frame to the one before."""
+    """Return ``(i-1)T_i`` of eq. (2), (..., 4, 4), from frame i to the previous frame."""
     theta = np.asarray(q)[..., i] + p.theta_offset[i]
     st, ct = np.sin(theta), np.cos(theta)
     sa, ca = np.sin(p.alpha[i]), np.cos(p.alpha[i])
@@ -41,7 +41,7 @@ def link_transform(p: ArmParameters, i: int, q: ArrayLike) -> Array:
 
 
 def transform(p: ArmParameters, i: int, j: int, q: ArrayLike) -> Array:
-    """Return ``iT_j``, i <= j, (..., 4, 4): the product of eq. (2) below it; frame 0 is {0}."""
+    """Return ``iT_j``, i <= j, (..., 4, 4), the product of link transforms; frame 0 is {0}."""
     result = np.broadcast_to(np.eye(4), np.shape(q)[:-1] + (4, 4))
     for k in range(i, j):
         result = result @ link_transform(p, k, q)

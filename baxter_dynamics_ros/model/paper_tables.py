@@ -1,5 +1,5 @@
 """
-Tables II, III and IV of the paper, digit by digit as printed.
+Tables II to V of the paper, exactly as printed.
 
 Nothing is corrected here; :mod:`.parameters` applies the two corrections. Row i is link i, that is
 joint s0, s1, e0, e1, w0, w1, w2. Frames are the standard Denavit-Hartenberg frames of eq. (2).

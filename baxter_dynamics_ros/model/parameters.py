@@ -1,11 +1,11 @@
 """
-Link parameters: the paper's tables with two errors of the printed model corrected.
+Link parameters: the paper's tables, with two errors of the printed model corrected.
 
-As printed, the model is wrong by up to 40 N m. Each correction can be left out to see its effect:
+Without corrections the torques are wrong by up to 40 N m. Each can be omitted to see its effect:
 
 * :data:`THETA_2_OFFSET`: Table II omits the constant pi/2 of theta_2.
-* :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the link frame's origin, Table III
-  lists them about the centre of mass.
+* :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the origin of the link frame, but
+  Table III lists them about the centre of mass.
 """
 
 from collections.abc import Collection
@@ -86,8 +86,8 @@ class Payload:
         Centre of mass in the hand frame [m].
     inertia : array_like (6,)
         Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the payload's centre of mass, axes of the hand frame
-        [kg m^2] (the order of Table III; off-diagonals are elements of the tensor). Zero is a
-        point mass.
+        [kg m^2]. Order as in Table III; off-diagonals are elements of the tensor. Zero for a point
+        mass.
 
     Raises
     ------
@@ -263,7 +263,8 @@ def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array
     """
     Build J_i as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
 
-    Wrong (M differs by up to 0.13 kg m^2, and J is not positive definite); kept as evidence.
+    Incorrect: M differs by up to 0.13 kg m^2, and J is not positive definite. Kept to show the
+    effect.
     """
     printed = np.eye(3) * np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 + inertia
     diagonal = np.einsum('...ii->...i', printed)

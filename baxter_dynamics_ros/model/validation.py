@@ -1,4 +1,4 @@
-"""Validation of arguments: arrays of a stated shape, finite, or an error that names them."""
+"""Validation of arguments: finite arrays of a given shape, or an error that names the argument."""
 
 from collections.abc import Sequence
 

@@ -1,1 +1,1 @@
-"""The ROS 2 shell: translates messages, parameters and services; decides nothing."""
+"""ROS 2 nodes: messages, parameters, services and diagnostics."""

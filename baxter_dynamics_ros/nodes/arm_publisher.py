@@ -1,4 +1,4 @@
-"""One arm of the node: stream handler, publishers and services."""
+"""Stream handler, publishers and services of one arm."""
 
 from collections.abc import Sequence
 from typing import Any, cast
@@ -24,34 +24,34 @@ class Arm:
     """
     Stream handler, publishers and services of one arm.
 
-    Topics without subscribers are neither published nor computed.
+    Results without subscribers are not published.
 
     Parameters
     ----------
     node : Node
-        Node to publish with.
+        Node that owns the publishers and services.
     settings : PredictorSettings
         Settings of the arm.
 
     Attributes
     ----------
     predictor : Predictor
-        Stream handler.
+        Handler of the joint states.
     external : ExternalEffort
-        The predictor's estimator of external torque.
+        Estimator of the external torque, part of the predictor.
     settings : PredictorSettings
         Settings in use.
     statistics : PeriodStatistics
-        Counts and sums since the last report.
+        Counts and sums since the last diagnostics.
     recent : RecentSteps
-        Newest steps.
+        Newest results of the predictor.
 
     """
 
     def __init__(self, node: Node, settings: PredictorSettings) -> None:
         self.settings = settings
         self.predictor = settings.predictor(external=True)
-        self.external = cast(ExternalEffort, self.predictor.external)  # as was asked for
+        self.external = cast(ExternalEffort, self.predictor.external)  # not None
         self.statistics = PeriodStatistics()
         self.recent = RecentSteps()
         self._node = node
@@ -60,7 +60,7 @@ class Arm:
         self._external = self._publisher(JointState, topics.EXTERNAL_EFFORT)
         self._wrench = self._publisher(WrenchStamped, topics.EXTERNAL_WRENCH)
         self._contact = self._publisher(Bool, topics.CONTACT)
-        # One message of each kind, filled anew each time: rclpy copies what it publishes.
+        # Messages are reused: rclpy copies them when it publishes.
         self._joint_state = joint_state(self.predictor.stream.selector.names, 0)
         self._wrench_stamped = WrenchStamped()
         for message in (self._joint_state, self._wrench_stamped):
@@ -69,7 +69,7 @@ class Arm:
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
              effort: Array, received_ns: int) -> None:
-        """Process a joint state, as the stream handler does, and publish the results."""
+        """Process a joint state (see :meth:`.Predictor.handle`) and publish the results."""
         step = self.predictor.handle(stamp_ns, names, position, velocity, effort, received_ns)
         self.recent.add(step)
         if step.prediction is not None:
@@ -78,7 +78,7 @@ class Arm:
             self._publish_external(step.external)
 
     def reset(self) -> None:
-        """Forget the stream, and what was learned of free motion."""
+        """Forget the stream and everything learned about free motion."""
         self.predictor.reset()
         self.recent.predicted = None
 
@@ -88,14 +88,14 @@ class Arm:
         self.settings = settings
 
     def offer_services(self, gravity_torques: type[Any], inverse_dynamics: type[Any]) -> None:
-        """Answer services of these types."""
-        answers = DynamicsServices(self.predictor, self.recent)
+        """Offer the services of these types."""
+        services = DynamicsServices(self.predictor, self.recent)
         self._node.create_service(
             gravity_torques, topics.below_node(topics.GRAVITY_TORQUES),
-            lambda request, response: answers.gravity_torques(self.settings, request, response))
+            lambda request, response: services.gravity_torques(self.settings, request, response))
         self._node.create_service(
             inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS),
-            lambda request, response: answers.inverse_dynamics(self.settings, request, response))
+            lambda request, response: services.inverse_dynamics(self.settings, request, response))
 
     def _publish_prediction(self, prediction: Prediction) -> None:
         self.statistics.add(prediction.residual)
@@ -124,20 +124,20 @@ class Arm:
                 self._wrench.publish(message)
 
     def _prepare(self, result: Prediction | External) -> None:
-        """Put the instant and the motion of a prediction or external effort into the message."""
+        """Set stamp, position and velocity of the message."""
         message = self._joint_state
         set_stamp(message.header, result.stamp_ns)
         message.position = to_field(result.q)
         message.velocity = to_field(result.qd)
 
     def _publish(self, publisher: Publisher, effort: Array) -> None:
-        """Publish the prepared message with an effort."""
+        """Publish the prepared message with the given effort."""
         if publisher.get_subscription_count():
             self._joint_state.effort = to_field(effort)
             publisher.publish(self._joint_state)
 
     def _publisher(self, kind: type[Any], name: str) -> Publisher:
-        # Of rclpy's event handlers, two a publisher, each costs something with every message.
+        # rclpy's default event handlers cost time with every message.
         return self._node.create_publisher(
             kind, topics.below_node(name), topics.PUBLISHER_QOS,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))

@@ -1,4 +1,4 @@
-"""Diagnostics of the node: one small task per status, as with diagnostic_updater."""
+"""Diagnostics of the predictor: one task per status, as in diagnostic_updater."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -19,83 +19,83 @@ WARN = DiagnosticStatus.WARN
 ERROR = DiagnosticStatus.ERROR
 STALE = DiagnosticStatus.STALE
 
-STALE_AFTER = 1.0  # [s] without a valid joint state of the arm
-LONG_CONTACT = 30.0  # [s] of contact, which suggest a load that the model lacks
-_LOCKS_WITHIN = 3.0  # [s] that re-timing may need to find a period
-_GRACE = 2.0  # [s] that the filter may need beyond its settling time
-_SAMPLES_PER_CYCLE = 4  # minimum, of the cut-off frequency
+STALE_AFTER = 1.0  # time without a valid joint state of the arm [s]
+LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
+_LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]
+_GRACE = 2.0  # time allowed beyond the settling time of the filter [s]
+_SAMPLES_PER_CYCLE = 4  # minimum number of samples per period of the cut-off frequency
 
 _TYPE = 'sensor_msgs/msg/JointState'
-_SHOWN = 6  # joint names in a message of a status
+_SHOWN = 6  # maximum number of joint names in a status message
 
 _INPUT_EVENTS = DROPPED + NO_VELOCITY + (Event.POSITION_FROZEN, Event.REPEATED_STAMP,
                                          Event.UNSTAMPED)
 _FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 
-# Messages of statuses, beside the REMEDIES of events. docs/node.md explains each.
+# Status messages; REMEDIES has those of events. All are listed in docs/node.md.
 MESSAGES = {
-    'input': 'joint states arrive on {topic}',
-    'no publisher': '{topic} has no publisher',
+    'input': 'receiving joint states on {topic}',
+    'no publisher': 'no publishers on {topic}',
     'other type': '{topic} is published as {types}; this node needs sensor_msgs/msg/JointState',
     'no messages': 'no joint states received on {topic}; publishers: {count}',
     'no names': 'joint states on {topic} have no joint names; looking for {wanted}',
-    'other names': 'joint states on {topic} name {seen}; looking for {wanted} (parameters arm and '
-                   'joint_prefix)',
-    'mismatch': '; {joint} moved {moved:.3f} rad in {duration:.1f} s by its position, '
-                '{integrated:.3f} rad by its velocity',
-    'lost': '; {lost} messages were lost before they reached the node',
+    'other names': 'joint states on {topic} contain {seen}; looking for {wanted} (parameters arm '
+                   'and joint_prefix)',
+    'mismatch': '; {joint} moved {moved:.3f} rad in {duration:.1f} s according to position, '
+                '{integrated:.3f} rad according to velocity',
+    'lost': '; {lost} messages lost in transport',
     'header': 'using header stamps',
-    'arrival': 'header stamps are times of arrival: re-timed',
-    'receipt': 'using the time of receipt, re-timed',
-    'locking': 'waiting for the period of the messages',
-    'never locks': 'messages have no even period: no predictions',
+    'arrival': 'header stamps are times of arrival: re-timing them',
+    'receipt': 'using re-timed times of receipt',
+    'locking': 'estimating the period of the messages',
+    'never locks': 'no predictions: messages do not arrive at a steady rate',
     'running': 'acceleration filter is running',
     'settling': 'acceleration filter is settling',
     'waiting': 'waiting for joint states',
-    'never settles': 'joint states arrive but the acceleration filter never settles: see the '
+    'never settles': 'acceleration filter does not settle although joint states arrive: see the '
                      'status input and the counts of resets',
-    'slow': 'acceleration.cutoff needs at least {needed:g} joint states per second: lower the '
+    'slow': 'acceleration.cutoff requires at least {needed:g} joint states per second: lower the '
             'cut-off or raise the rate',
     'effort': 'measured effort is valid',
-    'beginning': 'the momentum observer is settling: contact is not published yet',
-    'too slow': 'no contact output: under {needed:g} joint states a second are too few to detect '
-                'contact',
+    'beginning': 'momentum observer is settling: contact is not published yet',
+    'too slow': 'contact is not published: its detection requires at least {needed:g} joint '
+                'states per second',
     'no measurement': 'no measured effort: waiting for joint states',
     'residual': 'RMS of measured minus predicted effort',
     'no residual': 'no residual in the last second: see the statuses filter and effort',
-    'callbacks': 'all callbacks succeed',
+    'callbacks': 'no callback failures',
     'callback failed': 'a callback failed in the last second: {failure}',
     'free': 'no contact',
-    'learning': 'no contact; what free motion is like is still being learnt',
-    'contact': 'contact: {joints}',
-    'long contact': 'contact at {joints} for over 30 s: if nothing touches the arm, the '
+    'learning': 'no contact; still learning the thresholds from free motion',
+    'contact': 'contact at {joints}',
+    'long contact': 'contact at {joints} for more than 30 s: if nothing touches the arm, the '
                     'model lacks a load; set payload.* or calibrate, then call the service reset',
-    'no external': 'no external effort: see input and effort',
-    'withheld': '; the wrench is withheld, for the hand is near a singularity',
+    'no external': 'no external effort: see the statuses input and effort',
+    'withheld': '; wrench not published near a singularity of the hand',
 }
 
 
 class ReportContext(NamedTuple):
-    """What a task reports on."""
+    """Objects that the tasks report on."""
 
     node: Node
-    topic: str  # of the joint states
+    topic: str  # topic of the joint states
     arm: Arm
     loss: MessageLoss
 
 
 def report(node: Node, topic: str, arm: Arm, loss: MessageLoss) -> list[DiagnosticStatus]:
     """
-    Return the diagnostic statuses of a node.
+    Return the node's diagnostic statuses.
 
     Parameters
     ----------
     node : Node
-        The node; its full name precedes the names of the statuses.
+        The node; status names begin with its full name.
     topic : str
         Topic of the joint states.
     arm : Arm
-        The node's arm, with statistics that are closed.
+        The node's arm; its statistics must be closed.
     loss : MessageLoss
         Messages lost on the topic.
 
@@ -117,7 +117,7 @@ def _input(status: DiagnosticStatus, context: ReportContext) -> None:
     types = sorted({publisher.topic_type for publisher in
                     context.node.get_publishers_info_by_topic(topic)})
     _summarize(status, OK, 'input', topic=topic)
-    _warn_of(status, _INPUT_EVENTS, arm)
+    _warn_about(status, _INPUT_EVENTS, arm)
     mismatch = stream.velocity_check.mismatch
     if mismatch is not None and status.level == WARN:
         status.message += MESSAGES['mismatch'].format(**mismatch._asdict())
@@ -128,7 +128,7 @@ def _input(status: DiagnosticStatus, context: ReportContext) -> None:
     if arm.recent.age > STALE_AFTER:
         if status.level == OK:
             _explain_silence(status, context, types)
-        else:  # messages arrive, and none can be used
+        else:  # messages arrive but none is valid
             status.level = ERROR
     _add(status, 'rate [Hz]', f'{arm.statistics.rate:.1f}')
     _add(status, 'age [s]', f'{arm.recent.age:.3f}')
@@ -142,22 +142,22 @@ def _input(status: DiagnosticStatus, context: ReportContext) -> None:
 
 
 def _explain_silence(status: DiagnosticStatus, context: ReportContext, types: list[str]) -> None:
-    """Report what arrives instead of the arm's joint states."""
+    """Report why no joint states of the arm arrive."""
     selector = context.arm.predictor.stream.selector
     seen = selector.other_names if context.arm.statistics.since(Event.NOT_THIS_ARM) else None
     if seen is not None:
-        what = 'other names' if seen else 'no names'
+        key = 'other names' if seen else 'no names'
     elif not types:
-        what = 'no publisher'
+        key = 'no publisher'
     else:
-        what = 'no messages' if _TYPE in types else 'other type'
-    _summarize(status, STALE, what, topic=context.topic, types=', '.join(types),
+        key = 'no messages' if _TYPE in types else 'other type'
+    _summarize(status, STALE, key, topic=context.topic, types=', '.join(types),
                count=context.node.count_publishers(context.topic), seen=_listed(seen or ()),
                wanted=f'{selector.names[0]} ... {selector.names[-1]}')
 
 
 def _listed(names: tuple[str, ...]) -> str:
-    """Return some names from outside in printable form."""
+    """Return the first names of a message, with unprintable characters escaped."""
     shown = [''.join(c if c.isprintable() else ascii(c)[1:-1] for c in name[:40])
              for name in names[:_SHOWN]]
     more = len(names) - len(shown)
@@ -185,11 +185,11 @@ def _stamps(status: DiagnosticStatus, context: ReportContext) -> None:
         _add(status, 'jitter of arrival [s]', f'{clock.jitter:.4f}')
     _add(status, Event.AWAITING_PERIOD.value, arm.predictor.counts[Event.AWAITING_PERIOD])
     predicted, accepted = arm.recent.predicted, arm.recent.accepted
-    for what, delay, nominal in (
+    for result, delay, nominal in (
             ('predictions', predicted and predicted.delay, arm.predictor.estimator.delay),
             ('external effort', accepted and accepted.external_delay,
              arm.predictor.estimator.velocity_lag)):
-        _add(status, f'delay of {what} [s]', f'{nominal if delay is None else delay:.4f}')
+        _add(status, f'delay of {result} [s]', f'{nominal if delay is None else delay:.4f}')
 
 
 def _filter(status: DiagnosticStatus, context: ReportContext) -> None:
@@ -206,7 +206,7 @@ def _filter(status: DiagnosticStatus, context: ReportContext) -> None:
     needed = _SAMPLES_PER_CYCLE * predictor.estimator.cutoff
     if 0.0 < statistics.highest_rate < needed:
         _summarize(status, WARN, 'slow', needed=needed)
-    _warn_of(status, _FILTER_EVENTS, arm)
+    _warn_about(status, _FILTER_EVENTS, arm)
     _add(status, 'state', state)
     _add(status, 'settling time [s]', f'{predictor.estimator.settling_time:.3f}')
     _add(status, 'predicted', predictor.counts['predicted'])
@@ -216,7 +216,7 @@ def _filter(status: DiagnosticStatus, context: ReportContext) -> None:
 def _effort(status: DiagnosticStatus, context: ReportContext) -> None:
     arm = context.arm
     _summarize(status, OK, 'effort')
-    _warn_of(status, NO_EFFORT, arm)
+    _warn_about(status, NO_EFFORT, arm)
     valid = str(status.level == OK)
     if arm.recent.age > STALE_AFTER:
         valid = 'unknown'
@@ -284,16 +284,16 @@ TASKS: dict[str, Callable[[DiagnosticStatus, ReportContext], None]] = {
 
 
 def _named(joints: Bools) -> str:
-    return ', '.join(joint for joint, is_one in zip(JOINTS, joints) if is_one)
+    return ', '.join(joint for joint, is_shown in zip(JOINTS, joints) if is_shown)
 
 
-def _summarize(status: DiagnosticStatus, level: bytes, what: str, **details: object) -> None:
-    """Set the level of a status and one of the messages above."""
-    status.level, status.message = level, MESSAGES[what].format(**details)
+def _summarize(status: DiagnosticStatus, level: bytes, key: str, **details: object) -> None:
+    """Set the level of a status and its message, by its key in MESSAGES."""
+    status.level, status.message = level, MESSAGES[key].format(**details)
 
 
-def _warn_of(status: DiagnosticStatus, events: tuple[Event, ...], arm: Arm) -> None:
-    """Set WARN, with the remedies, if any of the events occurred in the last period."""
+def _warn_about(status: DiagnosticStatus, events: tuple[Event, ...], arm: Arm) -> None:
+    """Set WARN and the remedies if any of the events occurred in the last period."""
     reasons = [REMEDIES[event] for event in events
                if event in REMEDIES and arm.statistics.since(event)]
     if reasons:

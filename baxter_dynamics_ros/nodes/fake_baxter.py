@@ -1,4 +1,4 @@
-"""The node fake_baxter: a simulated robot that publishes joint states as a real one."""
+"""Node fake_baxter: simulated Baxter that publishes joint states like the real robot."""
 
 from dataclasses import replace
 import sys
@@ -19,36 +19,36 @@ from ..model.exceptions import ArgumentError, BaxterDynamicsError
 from ..model.joints import N_JOINTS, SIDES
 from ..model.parameters import Payload
 
-_LOG_PERIOD = 1.0  # [s] between two lines about refused commands
-_MAX_BEHIND = 0.5  # [s]; further behind, the robot skips time instead of catching up
-_PHYSICS = ('payload.mass', 'payload.center_of_mass', 'gravity')  # named as the predictor's
-# External loads on the moving arm, which can change while the node runs.
+_LOG_PERIOD = 1.0  # minimum time between log lines about rejected commands [s]
+_MAX_BEHIND = 0.5  # delay beyond which the simulation skips time instead of catching up [s]
+_PHYSICS = ('payload.mass', 'payload.center_of_mass', 'gravity')  # shared with the predictor
+# External loads on the moving arm; can be changed while the node runs.
 _LOADS = (
-    Setting('force', (0.0,) * 3, "Force on the moving hand, axes of the robot's base.", 'N',
+    Setting('force', (0.0,) * 3, 'External force on the moving hand, axes of the base.', 'N',
             -200.0, 200.0),
-    Setting('torque', (0.0,) * N_JOINTS, 'External torque on the joints, s0 ... w2.', 'N m',
+    Setting('torque', (0.0,) * N_JOINTS, 'External torque on the moving joints, s0 ... w2.', 'N m',
             -50.0, 50.0))
 
 
 def _settings(trajectories: tuple[str, ...]) -> tuple[Setting, ...]:
     fixed = (
-        Setting('arm', 'right', 'The arm that moves.', choices=SIDES),
-        Setting('trajectory', 'circle', "circle, switch, lift: the paper's 3(a) to (c). "
-                'exciting: 60 s for a calibration. hold: stay where the circle begins. '
-                'poses: rest in three postures in turn.', choices=trajectories),
-        Setting('spring', True, 'Whether the robot has springs at s1.'),
-        Setting('friction', True, 'Whether the joints have friction.'),
-        Setting('noise', True, 'Whether the sensors have noise and quanta.'),
-        Setting('seed', 0, 'Seed of the noise.', lower=0, upper=2 ** 31 - 1),
-        Setting('description', '', "Path of a Baxter's URDF; empty: that of hpp-baxter."),
-        Setting('rate', 100.0, 'Rate of the joint states; stamps are of whole milliseconds.',
+        Setting('arm', 'right', 'Arm that moves (right or left).', choices=SIDES),
+        Setting('trajectory', 'circle', "circle, switch, lift: the paper's trajectories "
+                '3(a) to 3(c). exciting: 60 s of motion for calibration. hold: rest at the start '
+                'of the circle. poses: visit three postures in turn.', choices=trajectories),
+        Setting('spring', True, 'Simulate the springs at s1.'),
+        Setting('friction', True, 'Simulate joint friction.'),
+        Setting('noise', True, 'Simulate sensor noise and quantisation.'),
+        Setting('seed', 0, 'Seed of the sensor noise.', lower=0, upper=2 ** 31 - 1),
+        Setting('description', '', "Path of a Baxter URDF. Empty: the URDF of hpp-baxter."),
+        Setting('rate', 100.0, 'Rate of the joint states; the simulation has a time step of 1 ms.',
                 'Hz', 1.0, 1000.0),
         *(setting for setting in SETTINGS if setting.name in _PHYSICS))
     return (*(replace(setting, read_only=True) for setting in fixed), *_LOADS)
 
 
 class FakeBaxterNode(ParameterNode):
-    """Publishes joint states as a Baxter does, and obeys torque commands."""
+    """Publishes the joint states of a simulated Baxter and accepts torque commands."""
 
     def __init__(self) -> None:
         super().__init__('fake_baxter')
@@ -68,7 +68,7 @@ class FakeBaxterNode(ParameterNode):
         self.accept_changes()
 
         self._selector = JointSelector(given['arm'])
-        self._refused = 0  # torque commands
+        self._rejected = 0  # number of torque commands
         self._was_commanded = False
         self.create_subscription(
             JointState, topics.below_node(topics.JOINT_TORQUE_COMMAND), self._on_command,
@@ -79,9 +79,9 @@ class FakeBaxterNode(ParameterNode):
                                    self.get_clock().now().nanoseconds)
         self.create_timer(min(1.0 / given['rate'], 1.0 / robot.GRIPPER_RATE), self._on_timer)
         self.get_logger().info(
-            f'simulating a Baxter whose {given["arm"]} arm runs the trajectory '
-            f'{given["trajectory"]}, {given["rate"]:g} joint states per second on '
-            f'{self._publisher.topic_name}; parameters that differ from their defaults: '
+            f'simulating a Baxter: {given["arm"]} arm, trajectory {given["trajectory"]}, '
+            f'{given["rate"]:g} joint states per second on {self._publisher.topic_name}; '
+            'parameters that differ from their defaults: '
             f'{self.changed_settings()}')
 
     def apply(self, built: dict[str, Any]) -> None:
@@ -95,34 +95,34 @@ class FakeBaxterNode(ParameterNode):
     def _on_timer(self) -> None:
         now = self.get_clock().now().nanoseconds
         behind = (now - self._states.due_ns) * 1e-9
-        if abs(behind) > _MAX_BEHIND:  # the robot's time stands still meanwhile
+        if abs(behind) > _MAX_BEHIND:
             self.get_logger().warning(
-                f'{abs(behind):.2f} s {"behind" if behind > 0.0 else "ahead of"} the clock: this '
-                'machine is too slow or was stopped, or the clock was set; continuing from now')
+                f'{abs(behind):.2f} s {"behind" if behind > 0.0 else "ahead of"} the clock: the '
+                'process was too slow or suspended, or the clock was set; continuing from now')
             self._states.start_ns += int(behind * 1e9)
-        while self._states.due_ns <= now:  # a stamp lies in the past
+        while self._states.due_ns <= now:  # stamps are never in the future
             stamp, names, *fields = next(self._states)
             self._publisher.publish(joint_state(names, stamp, *fields))
         self._log_command_source()
 
     def _on_command(self, message: JointState) -> None:
-        """Obey a torque command, or refuse it as a whole."""
+        """Apply a torque command, or reject it entirely."""
         try:
             self._baxter.command(self._torque(message))
         except ArgumentError as error:
-            self._refused += 1
+            self._rejected += 1
             self.get_logger().warning(
-                f'{self._refused} torque commands refused so far, the last one for its {error}',
+                f'{self._rejected} torque commands rejected so far, last reason: {error}',
                 throttle_duration_sec=_LOG_PERIOD)
 
     def _torque(self, message: JointState) -> Array:
-        """Return a command's effort (7,) [N m], matched to the arm's joints by name."""
+        """Return the effort (7,) [N m] of a command, matched to the joints by name."""
         layout = self._selector.layout(message.name)
         if isinstance(layout, Event):
-            raise ArgumentError('name', f'expected each of {" ".join(self._selector.names)} once '
+            raise ArgumentError('name', f'expected {" ".join(self._selector.names)}, each once '
                                 f'({layout.value})')
         if len(message.effort) != len(message.name):
-            raise ArgumentError('effort', f'expected {len(message.name)} values, as many as name, '
+            raise ArgumentError('effort', f'expected {len(message.name)} values, one per name, '
                                 f'got {len(message.effort)}')
         return from_field(message.effort)[layout]
 
@@ -130,8 +130,8 @@ class FakeBaxterNode(ParameterNode):
         if self._baxter.is_commanded is not self._was_commanded:
             self._was_commanded = self._baxter.is_commanded
             self.get_logger().info(
-                'torque commands arrive: the motors supply them and nothing else'
-                if self._was_commanded else 'torque commands ended: the arm is held where it is')
+                'receiving torque commands: applying them without gravity compensation'
+                if self._was_commanded else 'torque commands ended: holding the present position')
 
 
 def main(args: list[str] | None = None) -> int:

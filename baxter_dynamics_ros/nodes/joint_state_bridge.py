@@ -1,6 +1,5 @@
-"""The node that brings a ROS 1 robot's joint states to ROS 2; it can only subscribe there."""
+"""Node joint_state_bridge: republishes joint states of a ROS 1 robot in ROS 2, read-only."""
 
-from contextlib import ExitStack
 import os
 import sys
 import threading
@@ -29,7 +28,7 @@ _DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
 class JointStateBridge(ParameterNode):
-    """Republish a ROS 1 robot's joint states in ROS 2; nothing is ever sent to the robot."""
+    """Republishes the joint states of a ROS 1 robot in ROS 2; never publishes to the robot."""
 
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
@@ -37,16 +36,16 @@ class JointStateBridge(ParameterNode):
             Setting('master_uri', os.environ.get('ROS_MASTER_URI', ''),
                     'URI of the ROS 1 master, such as http://011303P0017.local:11311; '
                     'ROS_MASTER_URI by default.', read_only=True),
-            Setting('clock', CLOCKS[0], "Stamps. local: the robot's, shifted to this machine's "
-                    "clock. robot: the robot's, untouched. receipt: times of arrival.",
+            Setting('clock', CLOCKS[0], "Stamps. local: the robot's stamps, shifted to this "
+                    "machine's clock. robot: the robot's stamps. receipt: times of arrival.",
                     choices=CLOCKS, read_only=True)))
         names = self.declare_parameter('topics', [topics.JOINT_STATES], ParameterDescriptor(
             description='Topics of sensor_msgs/JointState to republish.', read_only=True)).value
         self.accept_changes()
         master_uri, self._clock_mode = values['master_uri'], values['clock']
         if not master_uri:
-            raise ArgumentError('master_uri', "name the robot's master: -p master_uri:="
-                                'http://HOST:11311, or set ROS_MASTER_URI')
+            raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
+                                '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
         self._lock = threading.Lock()
         self._topics = {name: self._publisher(name) for name in names}
         self._diagnostics = self.create_publisher(
@@ -57,20 +56,20 @@ class JointStateBridge(ParameterNode):
         except Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
         self._reported_at = time.monotonic()
-        self._reported: dict[str, str] = {}  # status name -> message, to log changes
+        self._reported: dict[str, str] = {}  # status name -> last message, to log changes
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
         self._subscriber.start()
 
     def destroy_node(self) -> None:
-        """Unregister from the robot's master, then destroy the node."""
+        """Unregister from the master, then destroy the node."""
         self._subscriber.stop()
         super().destroy_node()
 
     def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,
                         arrival_ns: int) -> None:
-        """Publish a joint state; one thread a publisher calls."""
+        """Publish a joint state; called from one thread per publisher."""
         message = JointState(name=state.name, position=state.position, velocity=state.velocity,
                              effort=state.effort)
         message.header.frame_id = state.frame_id
@@ -91,8 +90,8 @@ class JointStateBridge(ParameterNode):
         seconds, self._reported_at = now - self._reported_at, now
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [self._of_master(), *(
-            self._of_topic(topic, seconds) for topic in self._topics)]
+        message.status = [self._master_status(), *(
+            self._topic_status(topic, seconds) for topic in self._topics)]
         name = self.get_fully_qualified_name().lstrip('/')
         for status in message.status:
             self._log_change(status)
@@ -100,7 +99,7 @@ class JointStateBridge(ParameterNode):
             status.hardware_id = 'baxter'
         self._diagnostics.publish(message)
 
-    def _of_master(self) -> DiagnosticStatus:
+    def _master_status(self) -> DiagnosticStatus:
         subscriber = self._subscriber
         status = DiagnosticStatus(
             name='master', level=DiagnosticStatus.OK,
@@ -108,12 +107,12 @@ class JointStateBridge(ParameterNode):
         if subscriber.problem is not None:
             status.level, status.message = DiagnosticStatus.ERROR, str(subscriber.problem)
         _add(status, {'address': subscriber.master.address,
-                      'calls of the master arrive': subscriber.is_called,
+                      'reachable from the master': subscriber.is_called,
                       'malformed headers and messages': subscriber.malformed,
                       'reconnections': subscriber.reconnections})
         return status
 
-    def _of_topic(self, topic: str, seconds: float) -> DiagnosticStatus:
+    def _topic_status(self, topic: str, seconds: float) -> DiagnosticStatus:
         sources = self._subscriber.sources(topic)
         for source in sources:
             source.close_period(seconds)
@@ -121,17 +120,17 @@ class JointStateBridge(ParameterNode):
         problems = self._subscriber.problems(topic)
         others = self.count_publishers(topic) - 1
         status = DiagnosticStatus(name=topic, level=DiagnosticStatus.OK,
-                                  message=f'joint states of {topic} arrive')
+                                  message=f'receiving joint states on {topic}')
         if problems or silent:
             status.level = DiagnosticStatus.ERROR if silent else DiagnosticStatus.WARN
             status.message = '; '.join(dict.fromkeys(map(str, problems))) or (
                 f'waiting for {topic}')
         elif others > 0:
             status.level = DiagnosticStatus.WARN
-            status.message = (f'{others} more publish {topic} in ROS 2: joint states may come '
-                              'twice; is another bridge running?')
+            status.message = (f'{topic} has {others} other publishers in ROS 2: joint states may '
+                              'arrive twice; check for a second bridge')
         _add(status, {'publishers': len(self._subscriber.connections(topic)),
-                      'publishers in ROS 2 beside the bridge': others})
+                      'other publishers in ROS 2': others})
         for source in sources:
             _add(status, {f'{source.publisher} {key}': value for key, value in (
                 ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
@@ -158,8 +157,8 @@ class JointStateBridge(ParameterNode):
                 return self.create_publisher(JointState, topic, topics.PUBLISHER_QOS)
         except InvalidTopicNameException:
             pass
-        raise ArgumentError('topics', f'{topic!r} is not the full name of a topic, such as '
-                            f'{topics.JOINT_STATES}')
+        raise ArgumentError('topics', f'expected full topic names such as {topics.JOINT_STATES}, '
+                            f'got {topic!r}')
 
 
 def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:
@@ -168,13 +167,7 @@ def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until it is interrupted or terminated."""
-    with ExitStack() as stack:
-        def make() -> JointStateBridge:
-            node = JointStateBridge()
-            stack.callback(node.destroy_node)
-            return node
-        make.__doc__ = JointStateBridge.__doc__
-        return run(make, 'joint_state_bridge', args)
+    return run(JointStateBridge, 'joint_state_bridge', args)
 
 
 if __name__ == '__main__':

@@ -1,4 +1,4 @@
-"""Count of messages that the middleware lost, from their sequence numbers."""
+"""Number of messages lost by the middleware, from sequence numbers."""
 
 
 class MessageLoss:
@@ -19,14 +19,14 @@ class MessageLoss:
     def __init__(self) -> None:
         self.lost = 0
         self._last: list[int] = []  # sequence number of each publisher's newest message
-        self._new = 0  # publishers that have matched and sent nothing yet
+        self._new = 0  # publishers that have matched but not sent anything yet
 
     def matched(self, change: int) -> None:
-        """Take a change of the number of publishers that have matched since the start."""
+        """Process a change in the total number of matched publishers."""
         self._new += change
 
     def received(self, number: 'int | None') -> None:
-        """Take the sequence number of a message; None if the middleware has none."""
+        """Process the sequence number of a message; None if the middleware provides none."""
         if number is None:
             return
         before = [last for last in self._last if last < number]

@@ -1,4 +1,4 @@
-"""Between ROS messages and NumPy arrays."""
+"""Conversions between ROS messages and NumPy arrays."""
 
 from array import array
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ from ..model.arrays import Array
 
 _NOTHING = np.zeros(0)
 _NANOSECONDS = 1_000_000_000
-_LAST = 2 ** 31 * _NANOSECONDS - 1  # seconds are 32 bits, signed
+_LAST = 2 ** 31 * _NANOSECONDS - 1  # latest stamp: seconds are signed 32-bit integers
 
 
 def from_field(field: 'array[float]') -> Array:
@@ -21,7 +21,7 @@ def from_field(field: 'array[float]') -> Array:
 
 
 def to_field(values: Array) -> 'array[float]':
-    """Copy a float array into what a ``float64[]`` field holds."""
+    """Return a float array as the value of a ``float64[]`` field."""
     return array('d', values.tobytes())
 
 
@@ -31,7 +31,7 @@ def stamp_ns(header: Header) -> int:
 
 
 def set_stamp(header: Header, ns: int) -> None:
-    """Set a header's stamp to ns, or to the nearest that a stamp can hold."""
+    """Set a header's stamp [ns], clipped to the range of a stamp."""
     header.stamp.sec, header.stamp.nanosec = divmod(min(max(ns, 0), _LAST), _NANOSECONDS)
 
 
@@ -42,7 +42,7 @@ def set_vector(vector: Vector3, values: Array) -> None:
 
 def joint_state(names: Iterable[str], ns: int, position: Array = _NOTHING,
                 velocity: Array = _NOTHING, effort: Array = _NOTHING) -> JointState:
-    """Return a joint state stamped ns."""
+    """Return a joint state with a stamp [ns]."""
     message = JointState(name=list(names), position=to_field(position),
                          velocity=to_field(velocity), effort=to_field(effort))
     set_stamp(message.header, ns)

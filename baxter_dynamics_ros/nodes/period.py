@@ -1,4 +1,4 @@
-"""What has come in between two diagnostic reports."""
+"""Statistics between two diagnostic reports."""
 
 from collections import Counter
 
@@ -12,29 +12,29 @@ from ..model.joints import N_JOINTS
 
 class PeriodStatistics:
     """
-    Counts and sums of the period between two reports, and what is remembered of the one before.
+    Counts and sums of the period between two reports.
 
     Attributes
     ----------
     rate : float
-        Of the joint states that were taken, in the period that was closed last [Hz].
+        Rate of accepted joint states in the last closed period [Hz].
     highest_rate : float
-        The same, or that of the period before where it is greater [Hz]: at a start and an end a
-        period is not full. Infinite where nothing came in the period before.
+        Larger rate of the last two closed periods [Hz], as a stream may start or end within a
+        period. Infinite if nothing arrived in the first of them.
     dry : float
-        For how long there have been joint states but no prediction [s].
+        Time with joint states but without predictions [s].
     withheld : int
-        How many wrenches were withheld since the start, near singularities.
+        Number of wrenches withheld near singularities since the start.
     touched : ndarray (7,) of bool
-        Which joints have shown a contact in this period.
+        Joints that have been in contact in this period.
     unexplained : float or None
-        Of the last wrench: the joint torque that no wrench explains [N m].
+        Joint torque that the last wrench does not explain [N m].
 
     """
 
     def __init__(self) -> None:
-        self._before: Counter[Event | str] = Counter()  # counts at the end of the last period
-        self._counts: Counter[Event | str] = Counter()  # counts at the end of this
+        self._before: Counter[Event | str] = Counter()  # counts at the end of the previous period
+        self._counts: Counter[Event | str] = Counter()  # counts at the end of the last period
         self.rate = self.highest_rate = float('inf')
         self.dry = 0.0
         self.withheld = 0
@@ -51,7 +51,7 @@ class PeriodStatistics:
         self._withheld_before = self.withheld
 
     def close(self, counts: Counter[Event | str], period: float) -> None:
-        """End a period of ``period`` [s]; ``counts`` are those of now."""
+        """End a period of ``period`` [s] with the present counts."""
         self._before, self._counts = self._counts, Counter(counts)
         before, self.rate = self.rate, self.since('taken') / period
         self.highest_rate = max(self.rate, before) if before else float('inf')
@@ -59,32 +59,32 @@ class PeriodStatistics:
         self.dry = self.dry + period if is_dry else 0.0
 
     def add(self, residual: Array | None) -> None:
-        """Take the residual (7,) [N m] of a prediction, or None."""
+        """Add the residual (7,) [N m] of a prediction; None is ignored."""
         if residual is not None:
             self._square += residual * residual
             self._residuals += 1
 
     def add_contact(self, joints: Bools) -> None:
-        """Take the joints (7,) bool that show a contact."""
+        """Add the joints in contact, (7,) bool."""
         self.touched |= joints
 
     def add_wrench(self, wrench: HandWrench | None) -> None:
-        """Take a wrench, or None where it is withheld."""
+        """Add a wrench; None counts as withheld."""
         self.withheld += wrench is None
         self.unexplained = None if wrench is None else wrench.unexplained
 
     def failures_since(self, failures: int) -> int:
-        """Return how many of all ``failures`` are new since the last call."""
+        """Return the number of failures since the last call, given their total."""
         new, self._failures = failures - self._failures, failures
         return new
 
     def lost_since(self, lost: int) -> int:
-        """Return how many of all ``lost`` messages are new since the last call."""
+        """Return the number of messages lost since the last call, given their total."""
         new, self._lost = lost - self._lost, lost
         return new
 
     def since(self, event: Event | str) -> int:
-        """Return how often an event occurred in the period that was closed last."""
+        """Return how often an event occurred in the last closed period."""
         return self._counts[event] - self._before[event]
 
     @property

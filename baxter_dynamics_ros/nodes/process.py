@@ -1,4 +1,4 @@
-"""A node as a process: spin until a signal, survive failing callbacks, end in order."""
+"""Process of a node: spins until a signal, survives failing callbacks, shuts down in order."""
 
 from argparse import ArgumentParser
 from collections.abc import Callable
@@ -19,14 +19,14 @@ from rclpy.utilities import remove_ros_args
 
 from ..model.exceptions import BaxterDynamicsError
 
-_WAKE_PERIOD = 0.5  # [s], the longest wait for the executor to notice that the context ended
-_LOG_PERIOD = 1.0  # [s] between two log lines about failing callbacks
-_END_WITHIN = 8.0  # [s] for Fast DDS to destroy its participant
+_WAKE_PERIOD = 0.5  # maximum time until the executor notices a shutdown of the context [s]
+_LOG_PERIOD = 1.0  # minimum time between log lines about failing callbacks [s]
+_SHUTDOWN_LIMIT = 8.0  # time limit for Fast DDS to destroy its participant [s]
 
 
 class GuardedExecutor(SingleThreadedExecutor):
     """
-    Single-threaded executor that logs and counts exceptions of callbacks, and goes on.
+    Single-threaded executor that logs and counts exceptions in callbacks and continues.
 
     Attributes
     ----------
@@ -43,14 +43,14 @@ class GuardedExecutor(SingleThreadedExecutor):
         self.last_failure = ''
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for one callback and run it; raise only when the context has ended."""
+        """Wait for one callback and run it; raise only after the context has been shut down."""
         try:
             super().spin_once(timeout_sec)
         except ExternalShutdownException:
             raise
         except Exception as error:
             if not self.context.ok():
-                raise ExternalShutdownException from error  # a callback used the ended context
+                raise ExternalShutdownException from error  # used after shutdown
             self._report(error)
 
     def _report(self, error: Exception) -> None:
@@ -88,33 +88,33 @@ def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None)
 
     """
     code = _run(make_node, name, args)
-    gc.collect()  # destroys what tracebacks and cycles still held
+    gc.collect()  # destroys entities held by tracebacks and reference cycles
     faulthandler.cancel_dump_traceback_later()
     return code
 
 
 def _run(make_node: Callable[[], Node], name: str, args: list[str] | None) -> int:
     try:
-        _refuse_arguments(make_node, name, sys.argv if args is None else args)
+        _reject_arguments(make_node, name, sys.argv if args is None else args)
         rclpy.init(args=args)
-    except (NotInitializedException, RuntimeError) as error:  # arguments or files rcl refuses
-        return _refused(name, error)
+    except (NotInitializedException, RuntimeError) as error:  # arguments or files rejected by rcl
+        return _fail(name, error)
     except KeyboardInterrupt:
         return 0
     node = None
     try:
         node = make_node()
-        if rclpy.ok():  # a signal may have come meanwhile
+        if rclpy.ok():  # no signal has arrived meanwhile
             _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (BaxterDynamicsError, NotInitializedException, ParameterException,
             RuntimeError) as error:
-        # RuntimeError: a quality of service that rcl refuses, or a signal in mid-construction.
+        # RuntimeError: a QoS profile rejected by rcl, or a signal during construction.
         if rclpy.ok():
-            return _refused(name, error)
+            return _fail(name, error)
     finally:
-        _end(node)
+        _shut_down(node)
     return 0
 
 
@@ -122,38 +122,38 @@ def _spin(node: Node) -> None:
     """
     Run callbacks until the context ends.
 
-    On a signal, a thread of rclpy first wakes the executor and then ends the context. An executor
-    that is quick enough finds the context valid and waits again, for good if no message arrives.
-    The timer ends that wait.
+    On a signal, a thread of rclpy first wakes the executor and then shuts down the context. A fast
+    executor still finds the context valid and waits again, forever if no message arrives. The
+    timer ends that wait.
     """
     executor = GuardedExecutor()
-    node.create_timer(_WAKE_PERIOD, _nothing, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    node.create_timer(_WAKE_PERIOD, _do_nothing, clock=Clock(clock_type=ClockType.STEADY_TIME))
     executor.add_node(node)
     try:
         executor.spin()
     finally:
-        # A second signal, as ros2 launch may send, must not interrupt the end. The thread of
-        # rclpy that uses the executor's guard condition ends before the executor does; rclpy may
-        # restore the handlers of before.
+        # A second signal, as ros2 launch may send, must not interrupt the shutdown. The signal
+        # thread of rclpy uses the executor's guard condition, so it must end first; ending it may
+        # restore the earlier handlers.
         _ignore_signals()
         uninstall_signal_handlers()
         _ignore_signals()
         executor.shutdown()
 
 
-def _end(node: Node | None) -> None:
+def _shut_down(node: Node | None) -> None:
     """
-    Destroy the node, then end the context, and not in any order as the interpreter exits.
+    Destroy the node, then shut down the context, in this order.
 
-    Fast DDS may lock up when it destroys a participant while another process leaves: a discovery
-    callback waits for the mutex that the destruction holds, which waits for the callback. Nothing
-    is left to be done then, so the process exits, with 1 and the stack on stderr.
+    Fast DDS may deadlock when it destroys a participant while another process leaves: the
+    destruction holds a mutex and waits for a discovery callback, which waits for the mutex. The
+    process then exits with code 1 and prints the stack on stderr.
     """
-    faulthandler.dump_traceback_later(_END_WITHIN, exit=True, file=2)
+    faulthandler.dump_traceback_later(_SHUTDOWN_LIMIT, exit=True, file=2)
     if node is not None:
-        with suppress(RuntimeError):  # entities that need a valid context
+        with suppress(RuntimeError):  # some entities need a valid context
             node.destroy_node()
-    with suppress(RuntimeError):  # a signal ended it just now
+    with suppress(RuntimeError):  # already shut down by a signal
         rclpy.get_default_context().try_shutdown()
 
 
@@ -162,20 +162,20 @@ def _ignore_signals() -> None:
         signal.signal(each, signal.SIG_IGN)
 
 
-def _refuse_arguments(make_node: Callable[[], Node], name: str, args: list[str]) -> None:
+def _reject_arguments(make_node: Callable[[], Node], name: str, args: list[str]) -> None:
     parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=(
         'Settings are ROS parameters: --ros-args -p name:=value, or --params-file FILE.'))
     _, rest = parser.parse_known_args(remove_ros_args(args)[1:])
     if rest:
-        given = ' '.join(args[1:])  # rcl takes name:=value for a remap rule
+        given = ' '.join(args[1:])  # without -p, rcl treats name:=value as a remap rule
         parser.error(f'unrecognized arguments: {" ".join(rest)}' + (':=' in given) * (
             f'; ROS arguments follow --ros-args: {name} --ros-args {given}'))
 
 
-def _refused(name: str, error: Exception) -> int:
+def _fail(name: str, error: Exception) -> int:
     print(f'{name}: {error}', file=sys.stderr)
     return 1
 
 
-def _nothing() -> None:
+def _do_nothing() -> None:
     pass

@@ -1,4 +1,4 @@
-"""What the nodes need of rclpy and rclpy does not offer in public; a test tries each on rclpy."""
+"""Access to private parts of rclpy, each covered by a test."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,10 +9,10 @@ from rclpy.subscription import Subscription
 
 def take_waiting(subscription: Subscription, limit: int) -> Iterator[tuple[Any, dict[str, Any]]]:
     """
-    Yield messages that wait in the middleware with their information, at most ``limit``.
+    Yield up to ``limit`` messages that wait in the middleware, with their message info.
 
-    An executor takes one message of a subscription each time it has looked at all services and
-    timers, which at 1000 Hz costs most of a core.
+    An executor takes one message of a subscription per cycle through all services and timers,
+    which costs most of a core at 1000 Hz.
     """
     for _ in range(limit):
         waiting = subscription.handle.take_message(subscription.msg_type, False)
@@ -22,5 +22,5 @@ def take_waiting(subscription: Subscription, limit: int) -> Iterator[tuple[Any, 
 
 
 def given_parameters(node: Node) -> dict[str, Any]:
-    """Return the parameters given on the command line and in files, name to value."""
+    """Return the parameters given on the command line and in files: name to value."""
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}

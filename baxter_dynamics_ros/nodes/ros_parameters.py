@@ -1,4 +1,4 @@
-"""Settings as ROS parameters of a node: declared from a table, refused with a reason."""
+"""ROS parameters declared from a table of settings, and rejected with a reason."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -17,15 +17,17 @@ from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
 
 NO_SUCH = 'no such parameter'
-_PER_SECOND = 200  # parameters set or refused; more would delay joint states
+# A change builds a model, which delays joint states: changes allowed at once, and per second.
+_CHANGES = 100.0
+_CHANGES_PER_SECOND = 20.0
 
 
 class ParameterNode(Node):
     """
     Node whose parameters are declared from a table of settings.
 
-    A subclass overrides ``build`` and ``apply``. Values are validated together, at the start and
-    whenever some are set; a refusal names the parameter and the reason.
+    Subclasses override ``build`` and ``apply``. All values are validated together, at the start
+    and whenever some are set; a rejection names the parameter and the reason.
 
     Parameters
     ----------
@@ -43,24 +45,24 @@ class ParameterNode(Node):
         super().__init__(name)
         self.values: dict[str, Any] = {}
         self._settings: dict[str, Setting] = {}
-        self._second, self._requested = time.monotonic(), 0
+        self._allowed, self._asked_at = _CHANGES, time.monotonic()
         self._accepted: Any = None  # what build() returned of the values accepted last
 
     def build(self, values: dict[str, Any]) -> Any:
-        """Return what ``apply`` takes; raise ArgumentError if values do not fit together."""
+        """Return the argument of ``apply``; raise ArgumentError for inconsistent values."""
         return values
 
     def apply(self, built: Any) -> None:
-        """Use changed values: what ``build`` returned of them."""
+        """Use changed values, given as the result of ``build``."""
 
     def declare_settings(self, settings: Iterable[Setting]) -> Any:
         """
-        Declare settings as parameters, and return what ``build`` makes of the values given.
+        Declare settings as parameters and return the result of ``build`` for their values.
 
         Raises
         ------
         ArgumentError
-            If a given value is refused, or a given name is a misspelt parameter.
+            If a given value is invalid.
 
         """
         for setting in settings:
@@ -71,13 +73,13 @@ class ParameterNode(Node):
 
     def accept_changes(self) -> None:
         """
-        Let parameters be set from now on; call this once all parameters are declared.
+        Accept parameter changes from now on; call this after declaring all parameters.
 
         Raises
         ------
         ArgumentError
-            If a given name is a misspelt parameter. Others that the node lacks are logged: they
-            may be another node's, in a file for both.
+            If a given name resembles a parameter of this node. Other unknown names are logged, as
+            a parameter file may be shared with another node.
 
         """
         for name in given_parameters(self):
@@ -90,28 +92,37 @@ class ParameterNode(Node):
         self.add_post_set_parameters_callback(self._on_post_set)
 
     def changed_settings(self) -> str:
-        """Return the names of the settings that differ from their defaults, for the log."""
+        """Return the names of the settings that differ from their defaults."""
         names = [name for name, setting in self._settings.items()
                  if setting.check(self.values[name]) != setting.default]
         return ', '.join(names) or 'none'
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters as rclpy does, but name the parameter that is refused and the reason."""
-        if time.monotonic() - self._second > 1.0:
-            self._second, self._requested = time.monotonic(), 0
-        self._requested += len(parameter_list)
-        if self._requested > _PER_SECOND:
-            return SetParametersResult(successful=False, reason=(
-                f'too many parameters: at most {_PER_SECOND} are set per second'))
         try:
             for parameter in parameter_list:
                 self._refuse(parameter)
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        if not self._has_allowance():
+            return SetParametersResult(successful=False, reason=(
+                f'too many changes: at most {_CHANGES:g} at once and {_CHANGES_PER_SECOND:g} per '
+                'second; set_parameters_atomically sets several as one change'))
         return super().set_parameters_atomically(parameter_list)
 
+    def _has_allowance(self) -> bool:
+        """Return whether another change is allowed now, and deduct it."""
+        now = time.monotonic()
+        self._allowed = min(_CHANGES, self._allowed + _CHANGES_PER_SECOND * (
+            now - self._asked_at))
+        self._asked_at = now
+        if self._allowed < 1.0:
+            return False
+        self._allowed -= 1.0
+        return True
+
     def _refuse(self, parameter: Parameter) -> None:
-        """Raise ArgumentError if a parameter cannot be set to such a value at all."""
+        """Raise ArgumentError if a parameter cannot be set, or not to this value."""
         if not self.has_parameter(parameter.name):
             raise ArgumentError(parameter.name, self._no_such(parameter.name))
         setting = self._settings.get(parameter.name)
@@ -140,7 +151,7 @@ class ParameterNode(Node):
 
     def _no_such(self, name: str) -> str:
         meant = get_close_matches(name, self.list_parameters([], 0).names, 1, 0.75)
-        return f'{NO_SUCH}; is {meant[0]} meant?' if meant else NO_SUCH
+        return f'{NO_SUCH}; did you mean {meant[0]}?' if meant else NO_SUCH
 
 
 def _declare(node: Node, setting: Setting) -> Any:
@@ -151,7 +162,7 @@ def _declare(node: Node, setting: Setting) -> Any:
     except InvalidParameterTypeException:
         raise _wrong_type(setting, given) from None
     except InvalidParameterValueException:
-        value = given  # which the check refuses, with its unit
+        value = given  # rejected by the check below, which names range and unit
     if value is None:  # an empty list, too
         raise _wrong_type(setting, 'nothing')
     setting.check(value)

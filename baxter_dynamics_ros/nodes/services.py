@@ -19,15 +19,15 @@ from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS
 from ..model.validation import finite
 
-MAX_AGE = 1.0  # [s]; an older state is not the arm's state any more
-# Beyond these a request cannot mean a Baxter: are they in rad, rad/s, rad/s^2?
+MAX_AGE = 1.0  # age from which a measured state is out of date [s]
+# Largest plausible values of a request [rad, rad/s, rad/s^2].
 _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,
               'acceleration': 1e4}
 
 
 class RecentSteps:
     """
-    The newest steps of a stream.
+    Newest results of a stream, with their age.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ class RecentSteps:
     Attributes
     ----------
     accepted, predicted : Step or None
-        The last accepted joint state, and the last with a prediction; None before the first, and
-        for the prediction also after the stream has restarted.
+        Results of the last accepted joint state, and of the last one with a prediction. None
+        before the first one; ``predicted`` also after a restart of the stream.
 
     """
 
@@ -71,14 +71,14 @@ class RecentSteps:
 
 class DynamicsServices:
     """
-    Fill in the responses of the services.
+    Handlers of the services gravity_torques and inverse_dynamics.
 
     Parameters
     ----------
     predictor : Predictor
-        Has the names of the joints and the filter's settling time.
+        Stream handler of the arm.
     recent : RecentSteps
-        The newest state and estimate.
+        Newest state and estimate.
 
     """
 
@@ -87,24 +87,24 @@ class DynamicsServices:
         self._recent = recent
 
     def gravity_torques(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
-        """Answer ``GravityTorques``."""
+        """Handle a request of ``GravityTorques``."""
         try:
-            q, stamp, whose = self._position(request.state)
+            q, stamp, origin = self._position(request.state)
         except ArgumentError as error:
             response.success, response.message = False, str(error)
             return response
         gravity = settings.arm.gravity(q)
         holding = settings.effort_model.effort(gravity, q, *np.zeros((2, N_JOINTS)))
         response.success = True
-        response.message = f'gravity torques at {whose}' + _remark(settings, q)
+        response.message = f'gravity torques at {origin}' + _remark(settings, q)
         response.gravity = joint_state(self._names, stamp, position=q, effort=gravity)
         response.actuator_effort = to_field(holding)
         return response
 
     def inverse_dynamics(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
-        """Answer ``InverseDynamics``."""
+        """Handle a request of ``InverseDynamics``."""
         try:
-            q, qd, qdd, presliding, stamp, whose = self._motion(
+            q, qd, qdd, presliding, stamp, origin = self._motion(
                 request.state, request.acceleration)
         except ArgumentError as error:
             response.success, response.message = False, str(error)
@@ -113,7 +113,7 @@ class DynamicsServices:
         inertial, velocity = mass @ qdd, coriolis @ qd
         tau = inertial + velocity + gravity
         response.success = True
-        response.message = f'inverse dynamics at {whose}' + _remark(settings, q)
+        response.message = f'inverse dynamics at {origin}' + _remark(settings, q)
         response.torque = joint_state(self._names, stamp, q, qd, tau)
         response.inertial = to_field(inertial)
         response.coriolis = to_field(velocity)
@@ -129,7 +129,7 @@ class DynamicsServices:
         return self._predictor.stream.selector.names
 
     def _position(self, state: JointState) -> tuple[Array, int, str]:
-        """Return q, its stamp [ns] and what it is, of a request's state."""
+        """Return q, its stamp [ns] and a description of its origin."""
         if len(state.name):
             layout = self._layout(state)
             return self._pick('state.position', state.position, state, layout), stamp_ns(
@@ -141,7 +141,7 @@ class DynamicsServices:
 
     def _motion(self, state: JointState, acceleration: 'array[float]'
                 ) -> tuple[Array, Array, Array, Array | None, int, str]:
-        """Return q, qd, qdd, Dahl's state, their stamp [ns] and what they are, of a request."""
+        """Return q, qd, qdd, Dahl's state, their stamp [ns] and their origin."""
         if len(state.name):
             layout = self._layout(state)
             return (self._pick('state.position', state.position, state, layout),
@@ -150,15 +150,15 @@ class DynamicsServices:
                     None, stamp_ns(state.header), 'the given state')
         _refuse_nameless(state)
         if len(acceleration):
-            raise ArgumentError('acceleration', 'its order is that of state.name, which is '
-                                'empty: give the state, too, or leave both empty')
+            raise ArgumentError('acceleration', 'has the order of state.name, which is empty: give '
+                                'the state as well, or leave both empty')
         latest = self._latest()
         step = self._recent.predicted
         now = None if step is None else step.estimate
         if now is None or self._recent.prediction_age > MAX_AGE:
-            raise ArgumentError('state', 'the acceleration filter has no estimate: it settles for '
-                                f'{self._predictor.estimator.settling_time:.2f} s after a start; '
-                                'if it never does, the diagnostics say why')
+            raise ArgumentError('state', 'the acceleration filter has no estimate yet: it settles '
+                                f'within {self._predictor.estimator.settling_time:.2f} s of a '
+                                'start; if it does not, see the diagnostics')
         behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
         return (now.q, now.qd, now.qdd, now.presliding, now.stamp_ns,
                 f'the estimate for {behind:.0f} ms before the latest measured state, '
@@ -179,23 +179,23 @@ class DynamicsServices:
         if optional and not len(values):
             return np.zeros(N_JOINTS)
         if len(values) != len(state.name):
-            raise ArgumentError(field, f'expected {len(state.name)} values, as many as '
+            raise ArgumentError(field, f'expected {len(state.name)} values, one per '
                                 f'state.name, got {len(values)}')
         result = finite(field, from_field(values)[layout], (N_JOINTS,))
         largest = result[np.abs(result).argmax()]
         if abs(largest) > _PLAUSIBLE[field]:
-            raise ArgumentError(field, f'expected no value beyond {_PLAUSIBLE[field]:g} '
-                                f'(rad, s), got {largest:g}')
+            raise ArgumentError(field, f'expected at most {_PLAUSIBLE[field]:g} (rad, s), got '
+                                f'{largest:g}')
         return result
 
     def _latest(self) -> State:
-        """Return the latest measured state; refuse one that is old."""
+        """Return the latest measured state; raise ArgumentError if it is out of date."""
         accepted, age = self._recent.accepted, self._recent.age
         latest = None if accepted is None else accepted.state
         if latest is None or age > MAX_AGE:
             since = 'yet' if latest is None else f'for {age:.1f} s'
-            raise ArgumentError('state', 'empty, which asks for the latest measured state, but '
-                                f'no valid joint state of {self._names[0]} ... {self._names[-1]} '
+            raise ArgumentError('state', 'empty, which selects the latest measured state, but no '
+                                f'valid joint state of {self._names[0]} ... {self._names[-1]} '
                                 f'has arrived {since}: give a state, or see the diagnostics')
         return latest
 
@@ -207,5 +207,5 @@ def _remark(settings: PredictorSettings, q: Array) -> str:
 
 def _refuse_nameless(state: JointState) -> None:
     if len(state.position) or len(state.velocity) or len(state.effort):
-        raise ArgumentError('state.name', 'empty, but the state has values: joints are matched '
-                            'by name')
+        raise ArgumentError('state.name', 'empty although the state has values: joints are '
+                            'matched by name')

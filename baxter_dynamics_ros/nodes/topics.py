@@ -1,4 +1,4 @@
-"""Names and qualities of service of all topics and services, in one place."""
+"""Names and QoS profiles of topics and services."""
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
@@ -6,7 +6,7 @@ JOINT_STATES = '/robot/joint_states'
 DIAGNOSTICS = '/diagnostics'
 RESET = '~/reset'
 
-# Below the node.
+# Names below the node's name.
 PREDICTED_EFFORT = 'predicted_effort'
 EFFORT_RESIDUAL = 'effort_residual'
 EXTERNAL_EFFORT = 'external_effort'
@@ -15,18 +15,18 @@ CONTACT = 'contact'
 GRAVITY_TORQUES = 'gravity_torques'
 INVERSE_DYNAMICS = 'inverse_dynamics'
 
-# Below the fake Baxter, so that what commands it commands no robot.
+# Below the fake Baxter, so that a real robot never receives its commands.
 JOINT_TORQUE_COMMAND = 'joint_torque_command'
 
-# Sensor data: best effort, so that any publisher matches. Its queue is longer than the usual 5,
-# since a filter wants every sample: 5 are 5 ms at 1000 Hz, 1000 bridge a pause of a second.
-# Parameters qos_overrides.* change it.
+# Best effort, as for sensor data, so that any publisher matches. The queue is longer than usual,
+# because the filter needs every sample: 1000 messages bridge a pause of a second at 1000 Hz.
+# Can be changed with parameters qos_overrides.*.
 SUBSCRIPTION_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-# Reliable and volatile like the bridge's own, so that any subscriber matches; deeper than its 10,
-# so that a subscriber that pauses for a second misses nothing at 100 Hz.
+# Reliable and volatile, so that any subscriber matches. The depth lets a subscriber pause for a
+# second at 100 Hz without losing messages.
 PUBLISHER_QOS = QoSProfile(depth=100)
 
 
 def below_node(name: str) -> str:
-    """Return a name in the node's own namespace."""
+    """Return a name in the private namespace of the node."""
     return f'~/{name}'

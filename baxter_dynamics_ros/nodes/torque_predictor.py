@@ -1,4 +1,4 @@
-"""The node torque_predictor: predicted effort, residual and external torque of one arm."""
+"""Node torque_predictor: predicted effort, residual and external torque of one arm."""
 
 import sys
 import time
@@ -22,18 +22,18 @@ from .ros_parameters import ParameterNode
 from ..estimation.settings import PredictorSettings, SETTINGS
 
 _DIAGNOSTICS_PERIOD = 1.0  # [s]
-_AT_ONCE = 30  # joint states; then others have their turn
+_BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
 
 
 class TorquePredictor(ParameterNode):
-    """Predicts the effort of one of Baxter's arms and estimates the external torque on it."""
+    """Predicts one arm's effort and estimates the external torque."""
 
     def __init__(self) -> None:
         super().__init__('torque_predictor')
         self._arm = Arm(self, self.declare_settings(SETTINGS))
         self._loss = MessageLoss()
         self._last_report = time.monotonic()
-        # Name of a status -> (level, message) that was logged last.
+        # Name of a status -> (level, message) logged last.
         self._logged: dict[str, tuple[bytes, str]] = {}
         self._diagnostics = self.create_publisher(
             DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
@@ -44,7 +44,7 @@ class TorquePredictor(ParameterNode):
             event_callbacks=SubscriptionEventCallbacks(
                 matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        # Diagnostics go on when simulated time stands still.
+        # Diagnostics continue while simulated time stands still.
         self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.accept_changes()
@@ -63,15 +63,15 @@ class TorquePredictor(ParameterNode):
         self._arm.configure(built)
 
     def _on_joint_state(self, message: JointState, info: dict[str, Any]) -> None:
-        """Process a joint state, and those that wait behind it."""
+        """Process a joint state and those queued behind it."""
         self._take(message, info)
-        for waiting in take_waiting(self._subscription, _AT_ONCE):
+        for waiting in take_waiting(self._subscription, _BATCH):
             self._take(*waiting)
 
     def _take(self, message: JointState, info: dict[str, Any]) -> None:
         self._loss.received(info.get('publication_sequence_number'))
         clock = self.get_clock()
-        # The middleware's time of receipt does not depend on how long a message was queued.
+        # The middleware's time of receipt does not include the time in the queue.
         received_ns = (clock.now().nanoseconds if clock.ros_time_is_active
                        else info['received_timestamp'])
         self._arm.take(stamp_ns(message.header), message.name, from_field(message.position),
@@ -82,9 +82,9 @@ class TorquePredictor(ParameterNode):
         retimed = predictor.stream.clock.retimed
         self._arm.reset()
         response.success = True
-        response.message = ('filter and contact detector are reset: predictions return after '
+        response.message = ('filter and contact detector are reset; predictions resume after '
                             f'{predictor.estimator.settling_time:.2f} s'
-                            + ', once the period of the stamps is found again' * retimed)
+                            + ', once the period of the messages is known' * retimed)
         return response
 
     def _on_diagnostics(self) -> None:
@@ -101,7 +101,7 @@ class TorquePredictor(ParameterNode):
             self._log(status)
 
     def _log(self, status: DiagnosticStatus) -> None:
-        """Log a status that has changed, unless missing input alone explains it."""
+        """Log a changed status, unless it is only the consequence of missing input."""
         name = status.name.partition(': ')[2]  # the log names the node
         level, text = self._logged.get(name, (DiagnosticStatus.OK, ''))
         if status.level == DiagnosticStatus.STALE and name != 'input' or (
@@ -118,9 +118,9 @@ class TorquePredictor(ParameterNode):
             from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
         except ImportError:
             self.get_logger().warning(
-                'services gravity_torques and inverse_dynamics are off: their types are in the '
-                'package baxter_dynamics_interfaces, which is not installed. It lies beside this '
-                'package: build it with colcon, or `pip install ./baxter_dynamics_interfaces`')
+                'services gravity_torques and inverse_dynamics are not offered: the package '
+                'baxter_dynamics_interfaces is not installed. Build it with colcon or run '
+                '`pip install ./baxter_dynamics_interfaces`')
             return
         self._arm.offer_services(GravityTorques, InverseDynamics)
 

@@ -70,20 +70,7 @@ def write_parameters(path: str | Path, values: dict[str, Any],
     """
     Write the arm and the settings that differ from their defaults to a parameter file.
 
-    Parameters
-    ----------
-    path : Path
-        The file; replaced if it exists.
-    values : dict
-        All settings.
-    comments : sequence of str
-        Lines of the comment at the top.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the file cannot be written.
-
+    The values hold all settings; the comments are lines at the top.
     """
     tree: dict[str, Any] = {}
     for name, default in DEFAULTS.items():
@@ -127,7 +114,7 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
             similar = len(ignored) < _CHECKED and get_close_matches(
                 name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
             if similar:
-                raise ArgumentError(name, f'no such parameter; is {similar[0]} meant?')
+                raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)
     if ignored:
         more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''

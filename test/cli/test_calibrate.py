@@ -75,11 +75,11 @@ def test_only_what_is_asked_for_beginning_with_a_file(command, make_bag, moving_
 
 
 @pytest.mark.parametrize('arguments, line', [
-    ([], 'name at least one recording, or --plan for how to make one'),
+    ([], 'expected a recording, or --plan to make one'),
     (['run', '--plan'], '--plan takes no recordings'),
-    (['--plan', '--output', 'file'], '--output: {tmp}/file cannot be a folder (File exists)'),
-    (['run', '--output', 'robot.txt'], '--output: expected a .yaml file, got robot.txt'),
-    (['run', '--output', 'robot'], '--output: expected a .yaml file, got robot'),
+    (['--plan', '--output', 'file'], '--output: {tmp}/file cannot be created (File exists)'),
+    (['run', '--output', 'robot.txt'], '--output: expected a name ending in .yaml or .yml, got robot.txt'),
+    (['run', '--output', 'robot'], '--output: expected a name ending in .yaml or .yml, got robot'),
     (['run', '--output', 'none/r.yaml'], '--output: no folder {tmp}/none'),
     (['run', '--output', 'file/r.yaml'], '--output: no folder {tmp}/file'),
     (['run', '--output', 'taken.yaml'], '--output: {tmp}/taken.yaml is a folder'),

@@ -249,7 +249,7 @@ def changed_parameters(**changes):
 @pytest.mark.parametrize('name, link, value', [('alpha', 2, 0.3), ('a', 1, 0.02), ('d', 3, -0.1)])
 def test_arms_of_another_build_are_refused(name, link, value):
     parameters = changed_parameters(**{name: lambda array: array.put(link, value)})
-    with pytest.raises(ArgumentError, match="Baxter's build"):
+    with pytest.raises(ArgumentError, match="Baxter's kinematic structure"):
         BaxterArm(parameters=parameters)
 
 

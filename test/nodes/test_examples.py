@@ -119,12 +119,11 @@ def test_gravity_compensation_holds_the_arm(start):
 
 
 def test_without_its_torques_the_arm_falls(start):
-    drift = moved(start('gravity_compensation', '--limp', '--duration', '0.2').finish())
-    assert drift['s1'] > 50.0  # s1 turns the arm down when positive
-    assert drift['e1'] > 50.0
+    drift = moved(start('gravity_compensation', '--limp', '--duration', '0.6').finish())
+    assert max(map(abs, drift.values())) > 50.0  # mrad
 
 
-def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predictor):
+def test_contact_warning_prints_begin_and_end_of_contact(start, predictor):
     warning = start('contact_warning')
     push = start('push', '--after', '1.0', '--duration', '30.0')
     push.until('pushed with')
@@ -140,7 +139,7 @@ def test_contact_is_warned_of_while_it_lasts_and_its_end_is_told(start, predicto
 
     os.kill(predictor.pid, signal.SIGSTOP)
     try:
-        warning.until('nothing heard for 0.5 s: contact is not known')
+        warning.until('no messages for 0.5 s: contact is unknown')
     finally:
         os.kill(predictor.pid, signal.SIGCONT)
     warning.process.send_signal(signal.SIGINT)

@@ -118,7 +118,7 @@ def test_a_process_ends_with_one_clear_line_and_exit_code_1(refuses):
     ('rate:=0.0', 'rate: expected a value in [1, 1000] Hz, got 0'),
     ('seed:=-1', 'seed: expected a value in [0, 2.14748e+09], got -1'),
     ('spring:=1.0', 'spring: expected true or false, got 1.0'),
-    ('forse:=[1.0, 0.0, 0.0]', 'is force meant?'),
+    ('forse:=[1.0, 0.0, 0.0]', 'did you mean force?'),
 ])
 def test_a_bad_value_is_one_clear_line_and_exit_code_1(refused, argument, problem):
     refused(argument, problem)

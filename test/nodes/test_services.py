@@ -125,11 +125,11 @@ REFUSED = [
     ((NAMES, [*Q[:6], np.nan]), (), 'state.position: expected finite'),
     ((NAMES, Q), QDD[:2], 'acceleration: expected 7 values'),
     ((NAMES, Q), [*QDD[:6], np.inf], 'acceleration: expected finite'),
-    ((NAMES, np.degrees(Q)), (), 'state.position: expected no value beyond'),
-    ((NAMES, Q, 1e200 * QD), (), 'state.velocity: expected no value beyond'),
-    ((NAMES, Q), 1e307 * QDD, 'acceleration: expected no value beyond'),
+    ((NAMES, np.degrees(Q)), (), 'state.position: expected at most'),
+    ((NAMES, Q, 1e200 * QD), (), 'state.velocity: expected at most'),
+    ((NAMES, Q), 1e307 * QDD, 'acceleration: expected at most'),
     (((), Q), (), 'state.name: empty'),
-    ((), QDD, 'acceleration: its order'),
+    ((), QDD, 'acceleration: has the order'),
 ]
 
 

@@ -147,7 +147,7 @@ def test_diagnostics_of_a_healthy_stream(robot, predictor, sine):
 
 
 @pytest.mark.parametrize('spoil, reason', [
-    (lambda row: (np.degrees(row[0]), row[1], row[2]), 'must be rad, rad/s and N m'),
+    (lambda row: (np.degrees(row[0]), row[1], row[2]), 'units are rad, rad/s and N m'),
     (lambda row: (row[0] * np.nan, row[1], row[2]), 'NaN positions'),
 ], ids=['degrees', 'NaN'])
 def test_diagnostics_name_what_is_wrong_with_all_messages(robot, predictor, sine, spoil, reason):

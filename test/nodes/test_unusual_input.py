@@ -83,7 +83,7 @@ def test_useless_stamps(robot, predictor, sine, stamps, stamp):
     robot.until(lambda: robot.predicted and stamps(robot.predicted)[-1] > begin + 2 * 10 ** 9)
     assert stamps(robot.predicted)[-1] < time.time_ns()
     robot.until(lambda: any(
-        status.message == 'using the time of receipt, re-timed'
+        status.message == 'using re-timed times of receipt'
         for message in robot.diagnostics for status in message.status))
 
 
@@ -116,5 +116,5 @@ def test_a_large_parameter_request_is_bounded(robot, predictor):
     answer = robot.call(SetParameters, 'set_parameters', request)
     print(f'{time.monotonic() - begin:.2f} s')
     assert len(answer.results) == 2000
-    assert 0 < sum(result.successful for result in answer.results) <= 400
-    assert 'too many parameters' in answer.results[-1].reason
+    assert 100 <= sum(result.successful for result in answer.results) < 1000
+    assert 'too many changes' in answer.results[-1].reason
