@@ -41,7 +41,7 @@ ALTERED = {
                                   'no_springs', 's1', 'use simulation.yaml'),
     'velocity in degrees': (lambda q, v, e: (q, 0.2 * np.degrees(v), e), 'velocity_scale', '',
                             'check whether the period'),
-    'velocity negated': (lambda q, v, e: (q, -v, e), 'velocity_scale', '', 'sign is opposite'),
+    'velocity negated': (lambda q, v, e: (q, -v, e), 'velocity_scale', '', 'signs are opposite'),
 }
 
 
@@ -95,7 +95,7 @@ def test_a_wrong_period_is_named(robot, factor, text):
 
 def test_velocities_in_degrees_per_second_no_baxter_has(sound):
     altered = sound.changed(lambda q, v, e: (q, np.degrees(v), e))
-    with pytest.raises(CalibrationError, match='check the units, which must be rad, rad/s'):
+    with pytest.raises(CalibrationError, match='check that the units are rad, rad/s'):
         calibrate([altered])
 
 

@@ -169,7 +169,8 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
     (['--output', 'file/below', '--save-bag', 'new'], '--output: {tmp}/file is not a folder'),
     (['--save-bag', 'run'], 'run: exists; choose a new folder or remove it first'),
     (['--save-bag', 'none/new'], 'none/new: no folder none'),
-    (['--save-bag', 'out', '--output', 'out'], '--save-bag: {tmp}/out is the folder of the report'),
+    (['--save-bag', 'out', '--output', 'out'],
+     '--save-bag: {tmp}/out is the folder of the report'),
     (['--params', 'none.yaml'], 'none.yaml: cannot be read (No such file or directory)'),
     (['--params', 'left.yaml'], 'run: /robot/joint_states has no joints of the left arm, only '
      'right_e0, right_e1, right_s0, right_s1, right_w0, right_w1, right_w2'),

@@ -13,7 +13,7 @@ import contact as benchmark  # noqa: E402, I100
 sys.path.pop(0)
 
 SEED = 3
-FORCES = (10.0, 200.0)  # [N]; the benchmark has more, and longer runs
+FORCES = (10.0, 60.0, 200.0)  # [N]; the benchmark has more, and longer runs
 PLAN = benchmark.pushes(8 * len(FORCES), benchmark.ELBOW['fake'], FORCES)
 AT_ELBOW = np.array([push.torque.any() for push in PLAN])
 MODELS = {'uncalibrated': {}, 'friction_known': benchmark.FRICTION}
