@@ -31,7 +31,7 @@ def rich(calibration_report):
 def poor(nothing_kept, tmp_path_factory):
     """Return the page where there is least to say, of one recording."""
     from baxter_dynamics_ros.report.calibration_report import write_calibration
-    path = tmp_path_factory.mktemp('poor') / 'new' / 'report.html'
+    path = tmp_path_factory.mktemp('poor') / 'report.html'
     write_calibration(path, nothing_kept, 'calibrate', 'their.yml')
     return path.read_text(encoding='utf-8')
 
