@@ -1,4 +1,4 @@
-"""calibrate: fit the effort model to recordings of one's own robot."""
+"""calibrate: a fit of the effort model to recordings of one robot."""
 
 import argparse
 from contextlib import ExitStack
@@ -28,21 +28,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics calibrate``."""
     add_recordings(parser, nargs='*')
     parser.add_argument('-o', '--output', metavar='FILE',
-                        help='parameter file (default: my_robot.yaml); the report has the same '
-                        'name and the ending .html. With --plan: new folder (default: '
-                        'baxter_plan)')
+                        help='parameter file (default: my_robot.yaml); the report gets the same '
+                        'name with .html. With --plan: new folder (default: baxter_plan)')
     parser.add_argument('--inertial', action='store_true',
-                        help="also fit the links' inertial parameters, within the physically "
-                        'possible')
+                        help='also fit the inertial parameters of the links, within physical '
+                        'limits')
     parser.add_argument('--payload', action='store_true',
-                        help='also fit the mass and the centre of mass of the tool')
+                        help='also fit the mass and the center of mass of the tool')
     parser.add_argument('--only', nargs='+', default=(), metavar='TERM',
                         choices=(*TERMS, *OPTIONAL),
                         help='fit these terms only, whether or not they improve the prediction: '
                         + ', '.join((*TERMS, *OPTIONAL)))
     parser.add_argument('--plan', action='store_true',
-                        help='do not calibrate: write an exciting trajectory of one minute to a '
-                        'file and run it on the fake Baxter')
+                        help='instead of calibrating, write an exciting trajectory of one minute '
+                        'to a file and run it on the fake Baxter')
     add_seed(parser, 'with --plan: ')
     add_force(parser)
 
@@ -54,7 +53,7 @@ def main(args: argparse.Namespace) -> int:
             raise BaxterDynamicsError('--plan takes no recordings')
         return load_module(f'{__package__}.plan', 'demo').main(args)
     if not args.bags:
-        raise BaxterDynamicsError('name at least one recording, or --plan for how to make one')
+        raise BaxterDynamicsError('expected a recording, or --plan to make one')
     inputs = [*args.bags, *args.params]
     path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
                        inputs)
@@ -79,14 +78,14 @@ def main(args: argparse.Namespace) -> int:
 
 
 def _comments(result: Calibration, command: str) -> list[str]:
-    """Return what a reader of the parameter file should know."""
+    """Return the comment at the top of the parameter file."""
     rows = [f'{joint}  {before:6.3f}  {after:6.3f}' for joint, before, after in zip(
         JOINTS, result.rms_before, result.rms_after)]
     kind = 'parts of the recording' if result.by_time else 'recordings'
     return [
         f'Calibration of the {result.arm} arm, by baxter_dynamics_ros {__version__}:', command,
-        f'Fitted to {result.samples} samples, {result.duration:.0f} s. What is not here has its '
-        'default.', '',
+        f'Fitted to {result.samples} samples, {result.duration:.0f} s. Other parameters keep their '
+        'defaults.', '',
         f'Residual RMS [N m] on {kind} left out of the fit, before and after:', *rows,
         *([''] + [f'Warning: {notice}' for notice in result.notices] if result.notices else [])]
 

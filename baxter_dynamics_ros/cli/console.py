@@ -13,19 +13,7 @@ from .printing import printable, write
 
 def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
                bold_last: bool = False) -> None:
-    """
-    Print a table.
-
-    Parameters
-    ----------
-    columns : sequence of str
-        Titles; all columns but the first are aligned to the right.
-    rows : sequence of sequences of str
-        Cells.
-    bold_last : bool
-        Whether the last row is bold.
-
-    """
+    """Print a table; all columns but the first are aligned to the right."""
     result = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for i, column in enumerate(columns):
         result.add_column(column, justify='right' if i else 'left', no_wrap=not i)
@@ -41,13 +29,9 @@ def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
 @contextmanager
 def progress(total: float | None = None) -> Iterator[Callable[[float, str], None]]:
     """
-    Show a progress bar, or without a total a spinner; nothing if stdout is not a terminal.
+    Show a progress bar, or without a total a spinner, if stdout is a terminal.
 
-    Yields
-    ------
-    callable
-        To call with the amount completed and a description.
-
+    Yields a function to call with the amount completed and a description.
     """
     console = Console()
     columns = [SpinnerColumn(), TextColumn('{task.description}', markup=False)]

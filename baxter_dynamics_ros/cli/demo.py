@@ -1,8 +1,7 @@
-"""The demo: a fake Baxter and the predictor, observed through their topics."""
+"""demo: a fake Baxter and the predictor, observed through their topics."""
 
 import argparse
 import os
-from pathlib import Path
 import signal
 import time
 from typing import Any
@@ -11,11 +10,11 @@ import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from .console import progress, show_table
 from .options import add_arm, number
+from .outputs import output_file
 from .plots import plot_effort
 from .printing import complain, say
 from .processes import NodeProcess
@@ -27,10 +26,10 @@ from ..model.joints import JOINTS
 from ..nodes import topics
 from ..nodes.messages import from_field, stamp_ns
 
-# Away from a real robot that may be on the same network.
+# Separate from a real robot that may be on the same network.
 NAMESPACE = '/baxter_dynamics_demo'
-_FIRST_PREDICTION = 20.0  # [s] to wait for it
-_SERVICE = 10.0  # [s] to wait for an answer
+_FIRST_PREDICTION = 20.0  # timeout [s]
+_SERVICE = 10.0  # timeout [s]
 
 
 class Observer(Node):
@@ -41,15 +40,14 @@ class Observer(Node):
         self.measured: list[JointState] = []
         self.predicted: list[JointState] = []
         self.residual: list[JointState] = []
-        self._subscribe('joint_states', self.measured, topics.SUBSCRIPTION_QOS)
-        self._subscribe('torque_predictor/predicted_effort', self.predicted, topics.PUBLISHER_QOS)
-        self._subscribe('torque_predictor/effort_residual', self.residual, topics.PUBLISHER_QOS)
-
-    def _subscribe(self, topic: str, messages: list[JointState], qos: QoSProfile) -> None:
-        self.create_subscription(JointState, topic, messages.append, qos)
+        for topic, messages, qos in (
+                ('joint_states', self.measured, topics.SUBSCRIPTION_QOS),
+                ('torque_predictor/predicted_effort', self.predicted, topics.PUBLISHER_QOS),
+                ('torque_predictor/effort_residual', self.residual, topics.PUBLISHER_QOS)):
+            self.create_subscription(JointState, topic, messages.append, qos)
 
     def call(self, kind: type[Any], name: str) -> Any:
-        """Return a service's answer to an empty request; None where the service is off."""
+        """Return the answer of a service to an empty request; None if there is none."""
         client = self.create_client(kind, 'torque_predictor/' + name)
         if not client.wait_for_service(timeout_sec=_SERVICE):
             return None
@@ -75,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the demo and print the comparison."""
-    picture = _writable(args.output)
+    picture = output_file('--output', args.output, ('.png', '.pdf', '.svg'))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
               f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']
@@ -94,23 +92,12 @@ def main(args: argparse.Namespace) -> int:
         return 128 + signal.SIGTERM
     finally:
         rclpy.try_shutdown()
-    series = _series(observer, args.arm)
-    _print_comparison(series)
+    signals = _signals(observer, args.arm)
+    _print_comparison(signals)
     _print_services(answers)
-    plot_effort(picture, series, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
+    plot_effort(picture, signals, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
     say(f'figure: {picture}')
     return 0
-
-
-def _writable(output: str) -> Path:
-    path = Path(output).expanduser().resolve()
-    if not path.parent.is_dir():
-        raise BaxterDynamicsError(f'--output: no folder {path.parent}')
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise BaxterDynamicsError(f'--output: {path} cannot be written')
-    if path.suffix.lower() not in ('.png', '.pdf', '.svg'):
-        raise BaxterDynamicsError(f'--output: expected .png, .pdf or .svg, got {path.name}')
-    return path
 
 
 def _await_prediction(observer: Observer, processes: list[NodeProcess]) -> None:
@@ -135,9 +122,8 @@ def _print_output(processes: list[NodeProcess]) -> None:
 
 
 def _watch(observer: Observer, duration: float) -> None:
-    observer.measured.clear()
-    observer.predicted.clear()
-    observer.residual.clear()
+    for messages in (observer.measured, observer.predicted, observer.residual):
+        messages.clear()
     start = time.monotonic()
     with progress(duration) as update:
         while (elapsed := time.monotonic() - start) < duration:
@@ -154,59 +140,39 @@ def _call_services(observer: Observer) -> dict[str, Any]:
             'inverse_dynamics': observer.call(InverseDynamics, 'inverse_dynamics')}
 
 
-def _series(observer: Observer, arm: str) -> dict[str, Array]:
-    """
-    Return what was seen as time series.
-
-    Returns
-    -------
-    dict
-        time (n,) [s], predicted, residual, measured (n, 7) [N m]; and for the paper's first
-        difference first_difference_time (m,) and first_difference_residual (m, 7).
-
-    """
+def _signals(observer: Observer, arm: str) -> dict[str, tuple[Array, Array]]:
+    """Return time (n,) [s] and values (n, 7) [N m] of each signal."""
     predicted = {stamp_ns(m.header): from_field(m.effort) for m in observer.predicted}
     pairs = [(stamp_ns(m.header), predicted[stamp_ns(m.header)], from_field(m.effort))
              for m in observer.residual if stamp_ns(m.header) in predicted]
     stamps, effort, residual = (np.array(column) for column in zip(*pairs))
-    start = stamps[0]
-    times, difference = _first_difference(observer.measured, arm)
-    return {
-        'time': (stamps - start) * 1e-9,
-        'predicted': effort,
-        'residual': residual,
-        'measured': effort + residual,
-        'first_difference_time': (times - start) * 1e-9,
-        'first_difference_residual': difference,
-    }
+    newest, difference = _first_difference(observer.measured, arm)
+    time = (stamps - stamps[0]) * 1e-9
+    return {'measured': (time, effort + residual), 'predicted': (time, effort),
+            'residual': (time, residual),
+            'first difference': ((newest - stamps[0]) * 1e-9, difference)}
 
 
 def _first_difference(messages: list[JointState], arm: str) -> tuple[Indices, Array]:
     """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
     selector = JointSelector(arm)
     settings = PredictorSettings({'arm': arm})
-    rows = []
-    for message in messages:
-        reading = selector.read(message.name, from_field(message.position),
-                                from_field(message.velocity), from_field(message.effort))
-        if isinstance(reading, tuple):
-            rows.append((stamp_ns(message.header), *reading))
-    stamps, q, qd, effort = (np.array(column) for column in zip(*rows))
-    dt = np.diff(stamps) * 1e-9
-    qdd = np.diff(qd, axis=0) / dt[:, None]
-    q, qd, effort = q[1:], qd[1:], effort[1:]
+    readings = ((stamp_ns(message.header), selector.read(message.name, *map(from_field, (
+        message.position, message.velocity, message.effort)))) for message in messages)
+    stamps, q, qd, effort = (np.array(column) for column in zip(*(
+        (stamp, *reading) for stamp, reading in readings if isinstance(reading, tuple))))
+    qdd = np.diff(qd, axis=0) / (np.diff(stamps) * 1e-9)[:, None]
+    q, qd = q[1:], qd[1:]
     tau = settings.arm.inverse_dynamics(q, qd, qdd)
-    return stamps[1:], effort - settings.effort_model.effort(tau, q, qd, qdd)
+    return stamps[1:], effort[1:] - settings.effort_model.effort(tau, q, qd, qdd)
 
 
-def _print_comparison(series: dict[str, Array]) -> None:
-    say(f'{len(series["time"])} predictions in {series["time"][-1]:.1f} s. RMS [N m]; '
-        'residual = measured - predicted effort;',
-        "last column: residual with the acceleration as the paper's first difference")
-    columns = {'measured': 'measured', 'predicted': 'predicted', 'residual': 'residual',
-               'first difference': 'first_difference_residual'}
-    rms = [np.sqrt(np.mean(series[key] ** 2, axis=0)) for key in columns.values()]
-    show_table(('joint', *columns), [(joint, *(f'{column[i]:.3f}' for column in rms))
+def _print_comparison(signals: dict[str, tuple[Array, Array]]) -> None:
+    time = signals['residual'][0]
+    say(f'{len(time)} predictions in {time[-1]:.1f} s. RMS [N m]; residual = measured - predicted '
+        'effort;', "last column: residual with the paper's first difference as acceleration")
+    rms = [np.sqrt(np.mean(values ** 2, axis=0)) for _, values in signals.values()]
+    show_table(('joint', *signals), [(joint, *(f'{column[i]:.3f}' for column in rms))
                                      for i, joint in enumerate(JOINTS)])
 
 

@@ -1,4 +1,4 @@
-"""The doctor verb: checks the chain from the robot to the residual, step by step."""
+"""doctor: checks of each step from the robot to the residual."""
 
 import argparse
 from collections.abc import Iterator
@@ -7,22 +7,21 @@ from .doctor_robot import Check, robot_checks
 from .printing import say
 
 DESCRIPTION = (
-    'Check each step from the robot to the residual, and print a line for each: what was found '
-    'and, where it fails, what to do. The exit code is 0 only if every step passes. The robot is '
-    'only read.')
+    'Check each step from the robot to the residual, and print its finding and, if it fails, a '
+    'remedy. The exit code is 0 only if all steps pass. The robot is not commanded.')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the verb's arguments."""
+    """Add the arguments of ``baxter_dynamics doctor``."""
     parser.add_argument('uri', nargs='?', metavar='URI',
                         help="the robot's ROS 1 master, such as http://011303P0017.local:11311 "
                         '(default: check the ROS 2 side only)')
     parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
-                        help='the joint states (default: %(default)s)')
+                        help='topic of the joint states (default: %(default)s)')
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the verb; return its exit code."""
+    """Print the checks; return 0 if all pass."""
     passed = True
     for check in _checks(args):
         remedy = '' if check.passed else f': {check.remedy}'

@@ -1,7 +1,6 @@
-"""Checks of the robot's side: from its name to the joint states and what they hold."""
+"""Checks of the robot: network, ROS 1 master, and contents of the joint states."""
 
 from collections.abc import Callable, Iterator
-import threading
 import time
 from typing import NamedTuple
 
@@ -18,15 +17,14 @@ from ..ros1.source import Source
 from ..ros1.subscriber import Subscriber
 
 _PATIENCE = 5.0  # [s] for connections and the first message
-_LOOK = 3.0  # [s] of joint states that are judged
+_LOOK = 3.0  # [s] of joint states to check
 _LARGEST_OFFSET = 15.0  # of s1 [N m]; uncalibrated robots have up to 6, or about 30
-# Smallest step of the published velocity [rad/s]; two generations of firmware are known.
-_QUANTA = (3.745e-4, 3.927e-4)
-_SLOW = 0.04  # [rad/s], below which multiples of the two differ clearly
+_QUANTA = (3.745e-4, 3.927e-4)  # steps of velocity of two generations of firmware [rad/s]
+_SLOW = 0.04  # velocity below which multiples of the two differ clearly [rad/s]
 
 
 class Check(NamedTuple):
-    """Result of a step: what was found and, where it failed, what to do."""
+    """Result of a step: finding and, where it failed, remedy."""
 
     name: str
     passed: bool
@@ -34,51 +32,42 @@ class Check(NamedTuple):
     remedy: str = ''
 
 
-class _Recorder:
-    """Keeps the joint states of all publishers while it is told to."""
-
-    def __init__(self) -> None:
-        self.states: list[tuple[Source, JointState]] = []
-        self.arrived = threading.Event()
-
-    def take(self, topic: str, source: Source, state: JointState, arrival_ns: int) -> None:
-        """Keep a joint state; one thread a publisher calls."""
-        self.states.append((source, state))
-        self.arrived.set()
-
-
 def robot_checks(uri: str, topic: str) -> Iterator[Check]:
     """
-    Yield the checks of a robot's side, in order; the first that fails in the network is the last.
+    Yield the checks of a robot in order; a network error ends them.
 
     Parameters
     ----------
     uri : str
-        Of the ROS 1 master.
+        URI of the ROS 1 master.
     topic : str
-        The joint states.
+        Topic of the joint states.
 
     """
-    recorder = _Recorder()
+    states: list[JointState] = []  # of all publishers
     notes: list[str] = []
+
+    def receive(topic: str, source: Source, state: JointState, arrival_ns: int) -> None:
+        states.append(state)
+
     try:
-        subscriber = Subscriber(uri, [topic], recorder.take, notes.append, '/doctor')
+        subscriber = Subscriber(uri, [topic], receive, notes.append, '/doctor')
     except Ros1Error as error:
         yield _failure(error)
         return
     try:
         yield from _network(subscriber, topic)
         subscriber.start()
-        yield from _connections(subscriber, topic, recorder, notes)
-        recorder.states.clear()
+        yield from _connections(subscriber, topic, states, notes)
+        states.clear()
         lost = sum(source.lost for source in subscriber.sources(topic))
         for source in subscriber.sources(topic):
             source.close_period(1.0)
         begin = time.monotonic()
         time.sleep(_LOOK)
-        seconds, states = time.monotonic() - begin, list(recorder.states)
-        yield from _stream(subscriber, topic, seconds, lost)
-        yield from _contents([state for _, state in states])
+        received = list(states)
+        yield from _stream(subscriber, topic, time.monotonic() - begin, lost)
+        yield from _contents(received)
     except Ros1Error as error:
         yield _failure(error)
     finally:
@@ -104,7 +93,7 @@ def _network(subscriber: Subscriber, topic: str) -> Iterator[Check]:
     yield Check('topic', True, f'{topic} is {types.get(topic, "of an unknown type")}')
 
 
-def _connections(subscriber: Subscriber, topic: str, recorder: _Recorder,
+def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
                  notes: list[str]) -> Iterator[Check]:
     _wait(lambda: bool(connections := subscriber.connections(topic)) and all(
         each.connected for each in connections))
@@ -122,12 +111,13 @@ def _connections(subscriber: Subscriber, topic: str, recorder: _Recorder,
                 else 'the master does not reach this machine',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
                 'firewall')
-    if not recorder.arrived.wait(_PATIENCE):
+    _wait(lambda: bool(states))
+    if not states:
         raise next(iter(subscriber.problems(topic)), Ros1Error(
             Step.STREAM, f'nothing arrives on {topic}', 'is the robot enabled?'))
-    _, first = recorder.states[0]
-    yield Check('message', True, f'{len(first.name)} joints, {first.name[0]} ... '
-                f'{first.name[-1]}' if first.name else 'without joints')
+    names = states[0].name
+    yield Check('message', True, f'{len(names)} joints, {names[0]} ... {names[-1]}' if names
+                else 'without joints')
 
 
 def _stream(subscriber: Subscriber, topic: str, seconds: float, lost: int) -> Iterator[Check]:
@@ -140,14 +130,14 @@ def _stream(subscriber: Subscriber, topic: str, seconds: float, lost: int) -> It
     lost = sum(source.lost for source in sources) - lost
     yield Check('lost', not lost and not subscriber.malformed,
                 f'{lost} messages lost and {subscriber.malformed} malformed in {seconds:.0f} s',
-                'use a cable instead of wireless, and close what loads the robot or this machine')
+                'use a cable instead of wireless, and reduce the load of the robot and this machine')
     offsets = ', '.join(f'{source.clock.offset_ns * 1e-9:+.3f} s, jitter of arrival '
                         f'{source.jitter * 1e3:.1f} ms' for source in sources)
     yield Check('clock', True, f"this machine's minus the robot's: {offsets}")
 
 
 def _contents(states: list[JointState]) -> Iterator[Check]:
-    """Yield the checks of what joint states hold."""
+    """Yield the checks of the contents of joint states."""
     names = {name for state in states for name in state.name}
     arms = [side for side in SIDES if names.issuperset(joint_names(side))]
     grippers = [side for side in SIDES if any(
@@ -173,7 +163,7 @@ def _samples(states: list[JointState], joints: tuple[str, ...]) -> Array:
 
 
 def _effort(side: str, q: Array, effort: Array) -> Check:
-    """Return whether the measured effort can be that of an arm at these positions."""
+    """Check whether the measured effort fits an arm at these positions."""
     name = f'{side} effort'
     if not np.isfinite(effort).all():
         return Check(name, False, 'missing or NaN', 'a simulator? The residual needs measured '
@@ -190,12 +180,12 @@ def _effort(side: str, q: Array, effort: Array) -> Check:
     offset = float(np.median(effort[:, S1] - static[:, S1]))
     return Check(name, abs(offset) < _LARGEST_OFFSET,
                  f'plausible, offset at s1 {offset:+.1f} N m',
-                 'too much for free motion: if nothing holds or loads the arm, the zero of s1 is '
-                 "this robot's own: run baxter_dynamics calibrate")
+                 'too large for free motion: if nothing holds or loads the arm, s1 has an offset '
+                 'particular to this robot: run baxter_dynamics calibrate')
 
 
 def _firmware(side: str, qd: Array) -> Check:
-    """Return the generation of firmware, by the smallest step of the velocity."""
+    """Report the generation of firmware, by the smallest step of the velocity."""
     slow = qd[(np.abs(qd) < _SLOW) & (qd != 0.0)]
     steps = [quantum for quantum in _QUANTA if len(slow) and np.sqrt(np.mean(
         (slow / quantum - np.round(slow / quantum)) ** 2)) < 0.05]

@@ -1,4 +1,4 @@
-"""Checks of the ROS 2 side: from the joint states to the predictor's residual."""
+"""Checks of ROS 2, from the joint states to the residual."""
 
 from collections.abc import Callable, Iterator
 import os
@@ -16,25 +16,25 @@ from ..model.joints import JOINTS
 from ..nodes import topics
 from ..nodes.messages import from_field
 
-_PATIENCE = 5.0  # [s] for discovery, and for a message
-_LOOK = 2.0  # [s] of residuals
+_PATIENCE = 5.0  # timeout of discovery, and for a message [s]
+_LOOK = 2.0  # duration of the residuals [s]
 
 
 class _Probe:
-    """A node that looks at the graph and collects messages while it waits."""
+    """A node that inspects the graph and collects messages while it waits."""
 
     def __init__(self) -> None:
         self.node = Node(f'doctor_{os.getpid()}', enable_rosout=False,
                          start_parameter_services=False)
 
     def collect(self, kind: type, topic: str) -> list[JointState]:
-        """Return the list in which the messages of a topic gather."""
+        """Subscribe to a topic; return the list that receives its messages."""
         kept: list[JointState] = []
         self.node.create_subscription(kind, topic, kept.append, topics.SUBSCRIPTION_QOS)
         return kept
 
     def wait(self, condition: Callable[[], object], seconds: float = _PATIENCE) -> bool:
-        """Spin until a condition holds, and return whether it does."""
+        """Spin until a condition holds; return whether it does."""
         limit = time.monotonic() + seconds
         while not condition() and time.monotonic() < limit:
             rclpy.spin_once(self.node, timeout_sec=0.05)
@@ -42,7 +42,7 @@ class _Probe:
 
 
 def ros2_checks(topic: str) -> Iterator[Check]:
-    """Yield the checks of the ROS 2 side, in order; the first that fails is the last."""
+    """Yield the checks of ROS 2 in order; a failure ends them."""
     rclpy.init(args=[])
     try:
         probe = _Probe()
@@ -65,12 +65,12 @@ def _checks(probe: _Probe, topic: str) -> Iterator[Check]:
     states = probe.collect(JointState, topic)
     yield Check('ROS 2 data', probe.wait(lambda: states), f'joint states on {topic}' if states
                 else f'no joint states on {topic}',
-                'look at the diagnostics of what publishes it')
+                'see the diagnostics of its publisher')
     yield from _predictors(probe, diagnostics)
 
 
 def _named(probe: _Probe, topic: str) -> bool:
-    """Return whether there are publishers, and the names of their nodes are known."""
+    """Return whether there are publishers whose node names are known."""
     found = probe.node.get_publishers_info_by_topic(topic)
     return bool(found) and not any('UNKNOWN' in info.node_name for info in found)
 
@@ -80,15 +80,15 @@ def _publishers(probe: _Probe, topic: str) -> Check:
     listed = ', '.join(f'{info.node_name} ({info.qos_profile.reliability.name.lower()}, '
                        f'{info.qos_profile.durability.name.lower()})' for info in found)
     if not found:
-        return Check('ROS 2 topic', False, f'nobody publishes {topic}',
+        return Check('ROS 2 topic', False, f'{topic} has no publisher',
                      'start joint_state_bridge, or another bridge, with the same ROS_DOMAIN_ID '
                      'and RMW_IMPLEMENTATION')
     return Check('ROS 2 topic', len(found) == 1, f'{topic} is published by {listed}',
-                 'joint states may come twice: stop all but one')
+                 'joint states may arrive twice: stop all publishers but one')
 
 
 def _predictors(probe: _Probe, diagnostics: list[DiagnosticArray]) -> Iterator[Check]:
-    """Yield whether there are predictors, and a residual of each."""
+    """Check whether there are predictors, and the residual of each."""
     def found() -> list[str]:
         return [name for name, _ in probe.node.get_topic_names_and_types()
                 if name.endswith('/' + topics.EFFORT_RESIDUAL)
@@ -109,7 +109,7 @@ def _predictors(probe: _Probe, diagnostics: list[DiagnosticArray]) -> Iterator[C
 
 
 def _advice(diagnostics: list[DiagnosticArray]) -> str:
-    """Return what the predictor's diagnostics say is wrong."""
+    """Return the problems in the diagnostics of the predictor."""
     said = {status.name: status.message for array in diagnostics for status in array.status
             if 'torque_predictor' in status.name and status.level != status.OK}
-    return '; '.join(said.values()) or 'look at the diagnostics of torque_predictor'
+    return '; '.join(said.values()) or 'see the diagnostics of torque_predictor'

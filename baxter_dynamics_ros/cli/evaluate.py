@@ -1,16 +1,15 @@
-"""evaluate: how well the model predicts recordings, as a report to look at."""
+"""evaluate: errors of the predicted effort in recordings, as a report."""
 
 import argparse
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from .console import show_table
+from .console import progress, show_table
 from .inputs import read_inputs
 from .options import add_force, add_recordings
 from .outputs import output_folder
 from .printing import say
-from .progress import watched
 from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
@@ -40,19 +39,20 @@ def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
     folder = output_folder('--output', args.output, args.force, [*args.bags, *args.params])
     if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
-        raise BaxterDynamicsError(f'--save-bag: {folder} is where the report goes')
+        raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
     values, recordings = read_inputs(args)
     if args.save_bag and len(recordings) > 1:
         raise BaxterDynamicsError(
-            f'--save-bag: one recording at a time, not {len(recordings)}')
+            f'--save-bag: expected one recording, got {len(recordings)}')
     evaluator, evaluations = Evaluator(values), []
     with ExitStack() as stack:
         writer = None
         if args.save_bag:
             writer = stack.enter_context(BagWriter(Path(args.save_bag).expanduser()))
         for recording in recordings:
-            with recording, watched(recording) as played:
-                evaluation = evaluator.evaluate(played)
+            with recording, progress(recording.count) as update:
+                evaluation = evaluator.evaluate(
+                    recording, lambda received: update(received, recording.name))
                 remarks = (Notice('recording', remark) for remark in recording.remarks)
                 evaluations.append(replace(
                     evaluation, notices=(*remarks, *evaluation.notices)))

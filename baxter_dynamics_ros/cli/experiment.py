@@ -1,4 +1,4 @@
-"""The paper's experiment on the fake Baxter: one of its three trajectories, and its evaluation."""
+"""experiment: one of the paper's trajectories on the fake Baxter, recorded and evaluated."""
 
 import argparse
 from pathlib import Path
@@ -17,9 +17,9 @@ from ..simulation.trajectories import PERIODS
 TOPIC = '/robot/joint_states'
 BAG, REPORT = 'bag', 'report'  # in the output folder
 
-START_UP = 3.0  # [s] not recorded: the trajectory comes up to speed, the controller settles
-_SETTLING = 0.3  # [s] recorded before the periods: a predictor gives nothing until it settles
-# Whole periods of the trajectory, so that a mean is one over all of it; all take about a minute.
+START_UP = 3.0  # [s] not recorded, until the controller settles
+_SETTLING = 0.3  # [s] recorded before the periods, until the predictor settles
+# Whole periods, so that means are not biased; all take about a minute.
 _REPEATS = {'circle': 2, 'switch': 16, 'lift': 5}
 
 
@@ -56,32 +56,27 @@ def main(args: argparse.Namespace) -> int:
 
 
 def whole_periods(trajectory: str) -> float:
-    """Return how long to record for a mean over whole periods of a trajectory [s]."""
+    """Return the duration of a recording of whole periods of a trajectory [s]."""
     return _SETTLING + _REPEATS[trajectory] * PERIODS[trajectory]
 
 
 def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float,
                seed: int) -> None:
     """
-    Record what a fake Baxter publishes from now on, and print one line about it.
+    Record the joint states of a fake Baxter to a new rosbag2 folder, and print one line.
 
     Parameters
     ----------
     path : Path
-        The new rosbag2 folder; it is there when it is complete.
+        The folder; it appears when it is complete.
     robot : FakeBaxter
         The robot.
     duration : float
-        Of the robot's time [s].
+        Simulated time [s].
     rate : float
-        Joint states a second [Hz].
+        Joint states per second [Hz].
     seed : int
-        Of the stamps' jitter.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the bag cannot be written.
+        Seed of the jitter of the stamps.
 
     """
     count, start = 0, robot.time
@@ -94,22 +89,14 @@ def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float,
 
 
 def new_folder(output: str) -> Path:
-    """
-    Return the output folder, which exists and is empty.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If there is something in it, or it cannot be made.
-
-    """
+    """Create an output folder and return it; raise BaxterDynamicsError unless it is empty."""
     path = Path(output).expanduser().resolve()
     try:
         path.mkdir(exist_ok=True)
         filled = any(path.iterdir())
     except OSError as error:
         raise BaxterDynamicsError(
-            f'--output: {path} cannot be a folder ({error.strerror})') from None
+            f'--output: {path} cannot be created ({error.strerror})') from None
     if filled:
         raise BaxterDynamicsError(f'--output: {path} is not empty; name a new folder')
     return path

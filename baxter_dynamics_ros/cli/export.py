@@ -1,4 +1,4 @@
-"""export: the closed form in other languages, as standalone files, or the base parameters."""
+"""export: the closed form in other languages, or the base parameters."""
 
 import argparse
 from collections.abc import Callable
@@ -28,17 +28,17 @@ LANGUAGES: dict[str, Exporter] = {
 DESCRIPTION = (
     'Write the dynamics of the arm in another language, as standalone files that describe their '
     "inputs and outputs. The arm's parameters are stored in the files as data.")
-_HEAD = 4000  # characters of a file that may say that it was exported
+_HEAD = 4000  # characters of a file that are searched for the mark of an export
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics export``."""
     parser.add_argument('language', nargs='?', choices=tuple(LANGUAGES),
-                        help='language to write; python serves floats, NumPy, CasADi, SymPy, JAX '
+                        help='language to write; python works with floats, NumPy, CasADi, SymPy, JAX '
                         "and PyTorch; urdf is the manufacturer's description with the arm's "
                         'masses, inertias and friction')
     parser.add_argument('-o', '--output', metavar='PATH',
-                        help='folder, or file where there is only one (default: '
+                        help='folder, or name of the file if there is only one (default: '
                         'baxter_dynamics_LANGUAGE)')
     parser.add_argument('--params', metavar='FILE',
                         help='parameter file of torque_predictor, such as the result of a '
@@ -50,9 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Write the closed form in another language, or print the base parameters."""
     if args.base_parameters == bool(args.language):
-        raise BaxterDynamicsError('name a language or --base-parameters, one of the two')
+        raise BaxterDynamicsError('expected either a language or --base-parameters')
     if args.base_parameters and args.output is not None:
-        raise BaxterDynamicsError('--base-parameters prints a table: it takes no --output')
+        raise BaxterDynamicsError('--base-parameters prints a table and takes no --output')
     settings = PredictorSettings(_read(args.params) if args.params else {})
     if args.base_parameters:
         print(base_table(settings.arm))
@@ -77,31 +77,23 @@ def _read(path: str) -> dict[str, Any]:
 
 
 def _command(command_line: str) -> str:
-    """Return the command and the version, fit for a comment of any language."""
+    """Return command and version, safe in a comment of any language."""
     text = re.sub(r'[^ -~]|\\', '_', f'{command_line}` of version `{__version__}')
     return re.sub(r'\*/|/\*|"""', '_', text)
 
 
 def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
-    """
-    Return the folder, and path within it -> text.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the output cannot be written, or files that no export wrote would be replaced.
-
-    """
+    """Return the folder and its new files; raise BaxterDynamicsError rather than replace others."""
     path = Path(output).expanduser().resolve()
     if path.suffix in {Path(name).suffix for name in texts} and not path.is_dir():
         if len(texts) > 1:
-            raise BaxterDynamicsError(f'--output: there are {len(texts)} files: name a folder')
+            raise BaxterDynamicsError(f'--output: expected a folder for {len(texts)} files')
         texts, path = {path.name: text for text in texts.values()}, path.parent
     folder = output_folder('--output', path)
     for name in texts:
         if os.path.lexists(folder / name) and not _is_exported(folder / name):
             raise BaxterDynamicsError(f'--output: {folder / name} exists and was not written by '
-                                      'an export; move it away, or name another place')
+                                      'an export; move it, or choose another name')
     return folder, texts
 
 

@@ -11,28 +11,15 @@ from ..recordings.reader import open_recordings, Recordings
 
 
 def read_inputs(args: argparse.Namespace) -> tuple[dict[str, Any], Recordings]:
-    """
-    Return the settings of the predictor, by name, and the recordings, to be opened.
-
-    Parameters
-    ----------
-    args : Namespace
-        With the arguments of :func:`.options.add_recordings`.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If something cannot be read or used, or there is no recording.
-
-    """
+    """Return settings and recordings named by the arguments of add_recordings."""
     def warn(line: str) -> None:
         say(f'warning: {line}')
 
     paths = [Path(path).expanduser() for path in args.params]
     values = read_parameters(paths, args.node, warn) if paths else {}
     if args.arm and values.get('arm', args.arm) != args.arm:
-        warn(f"the parameters are of the {values['arm']} arm: friction, bias and tilt belong to "
-             'one arm')
+        warn(f"the parameters are those of the {values['arm']} arm; friction, bias and tilt differ "
+             'between arms')
     recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
                                  args.arm or values.get('arm'))
     if not recordings:

@@ -1,4 +1,4 @@
-"""The baxter_dynamics command: dispatches to its verbs."""
+"""The baxter_dynamics command and its verbs."""
 
 import argparse
 from collections.abc import Sequence
@@ -14,15 +14,15 @@ from .printing import complain, printable
 from .. import __version__
 from ..model.exceptions import BaxterDynamicsError
 
-# Verb: what it does, and the extra of setup.py that it needs. A verb is a module of this folder
-# with add_arguments(parser) and main(args); it is imported only when it is called.
+# Verb -> summary, and the extra of setup.py that it needs. A verb is a module of this folder with
+# DESCRIPTION, add_arguments(parser) and main(args), imported only when it is called.
 VERBS = {
     'demo': ('run the predictor on a fake Baxter and show the residual', 'demo'),
     'watch': ('show a running torque_predictor live in the terminal', 'demo'),
     'doctor': ('check the chain from the robot to the residual', 'ros'),
     'experiment': ("record one of the paper's trajectories on the fake Baxter and evaluate "
                    'it', 'demo'),
-    'evaluate': ('measure how well the model predicts the effort in recordings', 'offline'),
+    'evaluate': ('measure the error of the predicted effort in recordings', 'offline'),
     'calibrate': ('fit the effort model to recordings of your robot', 'offline'),
     'export': ('write the closed form in another language, as standalone files', 'export'),
 }
@@ -46,18 +46,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0, or 1 with the reason on stderr.
 
     """
-    os.environ['MPLBACKEND'] = 'agg'  # a notebook's backend may not be installed here
+    os.environ['MPLBACKEND'] = 'agg'  # the backend of a notebook may not be installed
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
+    command = 'baxter_dynamics'
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
-    except BaxterDynamicsError as error:
-        complain(f'baxter_dynamics: {error}')
-        return 1
-    try:
+        command += f' {args.verb}'
         return args.main(args)
     except BaxterDynamicsError as error:
-        complain(f'baxter_dynamics {args.verb}: {error}')
+        complain(f'{command}: {error}')
         return 1
     except KeyboardInterrupt:
         return 130

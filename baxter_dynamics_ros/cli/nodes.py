@@ -1,26 +1,14 @@
-"""The node commands: report a missing library in one line."""
+"""The commands of the nodes, which report a missing library in one line."""
+
+from functools import partial
 
 from .loading import load_module
 from .printing import complain
 from ..model.exceptions import BaxterDynamicsError
 
 
-def torque_predictor() -> int:
-    """Run the predictor; return its exit code."""
-    return _run('torque_predictor')
-
-
-def fake_baxter() -> int:
-    """Run the fake Baxter; return its exit code."""
-    return _run('fake_baxter')
-
-
-def joint_state_bridge() -> int:
-    """Run the bridge from a ROS 1 robot; return its exit code."""
-    return _run('joint_state_bridge')
-
-
 def _run(executable: str) -> int:
+    """Run a node; return its exit code."""
     try:
         return load_module(f'baxter_dynamics_ros.nodes.{executable}', 'ros').main()
     except BaxterDynamicsError as error:
@@ -28,3 +16,8 @@ def _run(executable: str) -> int:
         return 1
     except KeyboardInterrupt:  # while modules load, before the node handles signals
         return 0
+
+
+torque_predictor = partial(_run, 'torque_predictor')
+fake_baxter = partial(_run, 'fake_baxter')
+joint_state_bridge = partial(_run, 'joint_state_bridge')

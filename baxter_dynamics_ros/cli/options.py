@@ -1,4 +1,4 @@
-"""Command-line options that several verbs share, and numbers with a range."""
+"""Command-line options shared by several verbs."""
 
 import argparse
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from ..model.joints import SIDES
 
 def number(low: float, high: float, unit: str = '',
            parse: Callable[[str], Any] = float) -> Callable[[str], Any]:
-    """Return an argparse type: a number from low to high, in a unit."""
+    """Return an argparse type for a number from low to high, in a unit."""
     def check(text: str) -> Any:
         try:
             value = parse(text)

@@ -1,4 +1,4 @@
-"""Where a command writes: whatever cannot be written is refused before work begins."""
+"""Output files and folders, validated before work begins."""
 
 from collections.abc import Iterable
 import os
@@ -16,7 +16,7 @@ def output_folder(option: str, output: str | Path, force: bool = True,
     Parameters
     ----------
     option : str
-        The option that names it, for error messages.
+        Option that names it, for error messages.
     output : Path
         The folder.
     force : bool
@@ -27,15 +27,14 @@ def output_folder(option: str, output: str | Path, force: bool = True,
     Raises
     ------
     BaxterDynamicsError
-        If it cannot be created or written, or must not be.
+        If it cannot be written, or belongs to the inputs, or exists and force is False.
 
     """
     path = Path(output).expanduser().resolve()
-    there = next(place for place in (path, *path.parents) if os.path.lexists(place))
-    if not there.is_dir():
-        raise BaxterDynamicsError(f'{option}: {there} is no folder')
-    _refuse_closed(option, there)
-    _refuse_existing(option, path, force, inputs)
+    existing = next(place for place in (path, *path.parents) if os.path.lexists(place))
+    if not existing.is_dir():
+        raise BaxterDynamicsError(f'{option}: {existing} is not a folder')
+    _check(option, path, existing, force, inputs)
     return path
 
 
@@ -44,27 +43,29 @@ def output_file(option: str, output: str | Path, endings: tuple[str, ...], force
     """
     Return the absolute path of an output file in an existing folder.
 
-    Parameters are those of :func:`output_folder`; endings are the permitted file name extensions.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If it has another ending, cannot be written, or must not be.
-
+    The parameter endings holds the permitted file name extensions; for the others, and the
+    errors raised, see :func:`output_folder`.
     """
     path = Path(output).expanduser().resolve()
-    if path.suffix not in endings:
-        raise BaxterDynamicsError(f'{option}: expected a {endings[0]} file, got {path.name}')
+    if path.suffix.lower() not in endings:
+        raise BaxterDynamicsError(
+            f'{option}: expected a name ending in {" or ".join(endings)}, got {path.name}')
     if not path.parent.is_dir():
         raise BaxterDynamicsError(f'{option}: no folder {path.parent}')
     if path.is_dir():
         raise BaxterDynamicsError(f'{option}: {path} is a folder')
-    _refuse_closed(option, path.parent)
-    _refuse_existing(option, path, force, inputs)
+    _check(option, path, path.parent, force, inputs)
     return path
 
 
-def _refuse_existing(option: str, path: Path, force: bool, inputs: Iterable[str | Path]) -> None:
+def _check(option: str, path: Path, folder: Path, force: bool,
+           inputs: Iterable[str | Path]) -> None:
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise BaxterDynamicsError(
+            f'{option}: {folder} cannot be written ({error.strerror})') from None
     if not path.exists() or path.is_dir() and not any(path.iterdir()):
         return
     for source in (Path(name).expanduser() for name in inputs):
@@ -74,12 +75,3 @@ def _refuse_existing(option: str, path: Path, force: bool, inputs: Iterable[str 
     if not force:
         raise BaxterDynamicsError(f'{option}: {path} exists; choose another name, or replace it '
                                   'with --force')
-
-
-def _refuse_closed(option: str, folder: Path) -> None:
-    try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise BaxterDynamicsError(
-            f'{option}: {folder} cannot be written ({error.strerror})') from None

@@ -1,4 +1,4 @@
-"""The exciting trajectory for a calibration: described, run on the fake Baxter, and written."""
+"""calibrate --plan: the exciting trajectory, run on the fake Baxter and written to a file."""
 
 import argparse
 
@@ -14,7 +14,7 @@ from ..simulation.robot import FakeBaxter
 
 PLAN = 'plan.csv'  # in the output folder
 _RATE = 100.0  # of the recording [Hz]
-_REST = 1.0  # [s] recorded after the end, until the arm has come to rest
+_REST = 1.0  # [s] recorded after the end, until the arm is at rest
 
 
 def main(args: argparse.Namespace) -> int:
@@ -26,8 +26,8 @@ def main(args: argparse.Namespace) -> int:
                args.seed)
     write_plan(folder / PLAN, arm)
     say(f"for the SDK's joint_trajectory_file_playback.py: {folder / PLAN}",
-        'Keep 1.2 m around the arm free, and move both arms to the first waypoint by hand: '
-        'the player does not check its own move there for collisions.')
+        'Keep 1.2 m around the arm clear, and move both arms to the first waypoint by hand: '
+        'the move to the first waypoint is not collision-checked.')
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Nodes as processes of their own: started, watched, and ended by their own id."""
+"""Nodes as child processes."""
 
 from collections.abc import Sequence
 import signal
@@ -6,22 +6,22 @@ import subprocess
 import sys
 import tempfile
 
-_GRACE = 5.0  # [s] between being asked to end and being killed
+_GRACE = 5.0  # [s] between the signal to end and killing the process
 
 
 class NodeProcess:
     """
-    A node of this package in a process of its own; a context manager that ends it.
+    A node of this package as a child process; a context manager that ends it.
 
     Parameters
     ----------
     executable : str
-        'torque_predictor' or 'fake_baxter'.
+        Module below ``nodes``, such as 'torque_predictor'.
     arguments : list of str
-        Its command line, such as ``['--ros-args', '-p', 'align:=false']``.
+        Command line, such as ``['--ros-args', '-p', 'align:=false']``.
     environment : dict, optional
-        Its environment; this process's by default. The ROS wheels need it to have both
-        LD_LIBRARY_PATH and their guard variable, or neither, so copy it whole.
+        Environment; that of this process by default. The ROS wheels need either both
+        LD_LIBRARY_PATH and their guard variable or neither, so copy it whole.
 
     """
 
@@ -39,7 +39,7 @@ class NodeProcess:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        """End the process and forget its output."""
+        """End the process."""
         self.end()
         self._output.close()
 
@@ -60,11 +60,11 @@ class NodeProcess:
         return self._output.read()
 
     def wait(self, timeout: float) -> int:
-        """Return the exit code when it ends by itself; raise TimeoutExpired otherwise."""
+        """Wait for the process to end by itself; return its exit code or raise TimeoutExpired."""
         return self._process.wait(timeout)
 
     def end(self, by: int = signal.SIGINT) -> int:
-        """Ask it to end with a signal, kill it if it does not, and return its exit code."""
+        """Send a signal, kill the process if it does not end, and return its exit code."""
         if self._process.poll() is None:
             self._process.send_signal(by)
             try:

@@ -1,4 +1,4 @@
-"""The watch command: shows a running predictor in the terminal."""
+"""watch: a running predictor in the terminal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import os
 from pathlib import Path
 import re
 import select
-import signal
 import sys
 import termios
 import time
@@ -36,6 +35,7 @@ from .outputs import output_file
 from .printing import printable, say, write
 from .watch_data import Predictor
 from .watch_view import line, view
+from ..files import write_file
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import SIDES
 from ..nodes import topics
@@ -77,7 +77,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Show a predictor live, as lines or once."""
     picture = output_file('--save', args.save, ('.svg',)) if args.save else None
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     duration = args.duration or (_WAIT if args.once else math.inf)
     interruption: BaseException | None = None
     with _node() as node:
@@ -99,7 +98,7 @@ def main(args: argparse.Namespace) -> int:
 
 
 class _Watcher:
-    """Subscribes to the predictors of a name, and shows them."""
+    """Subscriptions to the predictors of a name, and their view."""
 
     def __init__(self, node: Node, name: str, joint_states: str, side: str | None) -> None:
         self._node = node
@@ -121,7 +120,7 @@ class _Watcher:
                         self._to_all(Predictor.receive_diagnostics))
 
     def live(self, period: float, duration: float) -> None:
-        """Redraw the view until the duration is over or q is pressed."""
+        """Redraw the view until the duration has passed or q is pressed."""
         with _keyboard() as is_quit, Live(console=self._console, screen=True,
                                           auto_refresh=False) as screen:
             for now in self._ticks(period, duration, is_quit):
@@ -133,8 +132,8 @@ class _Watcher:
             for now in self._ticks(_LINE_PERIOD, duration, is_quit):
                 if now > self._started + 0.5 * _LINE_PERIOD:
                     problem = self._problem(now)
-                    lines = [problem] if problem else [line(x, now) for x in self._shown(now)]
-                    say(*(f'{time.strftime("%H:%M:%S")} {text}' for text in lines))
+                    for text in [problem] if problem else [line(x, now) for x in self._shown(now)]:
+                        say(f'{time.strftime("%H:%M:%S")} {text}')
 
     def once(self, duration: float) -> None:
         """Print the view once data has arrived; raise BaxterDynamicsError if none arrives."""
@@ -151,17 +150,13 @@ class _Watcher:
         write(capture.get())
 
     def save(self, picture: Path) -> None:
-        """Save the view as an SVG figure that refers to no font on the web."""
+        """Save the view as an SVG figure without web fonts."""
         console = Console(record=True, file=io.StringIO(), width=self._console.width,
                           force_terminal=True, color_system='truecolor')
         console.print(self._view(time.monotonic()))
         svg = re.sub(r'@font-face {.*?}\n', '', console.export_svg(title='baxter_dynamics watch'),
                      flags=re.DOTALL)
-        try:
-            picture.write_text(svg, encoding='utf-8')
-        except OSError as error:
-            raise BaxterDynamicsError(
-                f'--save: {picture} cannot be written ({error.strerror})') from None
+        write_file(picture, svg)
         say(f'figure: {picture}')
 
     def _view(self, now: float) -> Group:
@@ -198,15 +193,14 @@ class _Watcher:
             idle = idle + 1 if self._received == before else 0
 
     def _discover(self) -> None:
-        """Subscribe to new predictors of our name, also of one arm each."""
+        """Subscribe to new predictors of our name, also below right/ and left/."""
         namespace, _, name = self._name.rpartition('/')
-        ours = {self._name, *(f'{self._name}/{side}' for side in SIDES),
-                *(f'{namespace}/{side}/{name}' for side in SIDES)}
-        there = {topic.removesuffix(_PREDICTED)
-                 for topic, _ in self._node.get_topic_names_and_types()
-                 if topic.endswith(_PREDICTED) and self._node.count_publishers(topic)}
-        self._others = there - ours
-        for found in sorted(there & ours - self._predictors.keys()):
+        ours = {self._name, *(f'{namespace}/{side}/{name}' for side in SIDES)}
+        running = {topic.removesuffix(_PREDICTED)
+                   for topic, _ in self._node.get_topic_names_and_types()
+                   if topic.endswith(_PREDICTED) and self._node.count_publishers(topic)}
+        self._others = running - ours
+        for found in sorted(running & ours - self._predictors.keys()):
             self._predictors[found] = predictor = Predictor(found)
             for kind, topic, receive in (
                     (JointState, topics.PREDICTED_EFFORT, predictor.receive_prediction),
@@ -222,14 +216,13 @@ class _Watcher:
         return [each for each in ours if each.is_live(now)] or ours
 
     def _problem(self, now: float) -> str | None:
-        """Return what is missing; None before everything had time to start."""
+        """Return what is missing and the remedy; None if predictions arrive."""
         problem = self._missing(now)
-        if problem and now - self._started < _GRACE:
-            return f'waiting for {self._name}'
-        return problem
+        is_starting = problem and now - self._started < _GRACE
+        return f'waiting for {self._name}' if is_starting else problem
 
     def _missing(self, now: float) -> str | None:
-        """Return what is missing and the remedy; None if predictions arrive."""
+        """Return the same, also before everything had time to start."""
         shown = self._shown(now)
         if any(each.predicted.newest(now) for each in shown):
             return None

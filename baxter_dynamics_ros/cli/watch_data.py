@@ -1,4 +1,4 @@
-"""State of a predictor as received on its topics."""
+"""Messages of a predictor, as received on its topics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..model.joints import JOINTS, SIDES
 STALE_AFTER = 1.0  # [s] without a message
 DIAGNOSTICS_STALE_AFTER = 3.0  # [s]; they are published once a second
 _RATE_WINDOW = 2.0  # [s]
-_MAX_STATUSES = 12  # that are kept of a message
+_MAX_STATUSES = 12  # kept of a message
 
 Values = dict[str, float]  # joint, such as 's0', to a value [N m]
 
@@ -22,7 +22,7 @@ class Topic:
 
     def __init__(self) -> None:
         self._message: Any = None
-        self._times: deque[float] = deque(maxlen=5000)  # of arrival, monotonic [s]
+        self._times: deque[float] = deque(maxlen=5000)  # of receipt, monotonic [s]
 
     def receive(self, message: Any, now: float) -> None:
         """Receive a message at monotonic time now [s]."""
@@ -53,22 +53,12 @@ class Instant(NamedTuple):
 
 
 class Predictor:
-    """
-    Data of one predictor.
-
-    Attributes
-    ----------
-    name : str
-        Its name with its namespace.
-    predicted, residual, external, contact, joint_states : Topic
-        Its topics, and its joint states as far as they hold its joints.
-
-    """
+    """Messages of one predictor, given by its name with namespace."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.predicted, self.residual, self.external = Topic(), Topic(), Topic()
-        self.contact, self.joint_states = Topic(), Topic()
+        self.contact, self.joint_states = Topic(), Topic()  # joint states with its joints
         self._joint_names: tuple[str, ...] = ()
         self._predictions: deque[Any] = deque(maxlen=256)  # until their residual arrives
         self._statuses: Sequence[Any] = ()
@@ -77,7 +67,7 @@ class Predictor:
 
     @property
     def side(self) -> str:
-        """Return 'right' or 'left' by the names of the joints; '' if unknown."""
+        """'right' or 'left', by the names of the joints; '' if unknown."""
         words = self._joint_names[0].split('_') if self._joint_names else ()
         return next((side for side in SIDES if side in words), '')
 
@@ -88,7 +78,7 @@ class Predictor:
         self.predicted.receive(message, now)
 
     def receive_joint_state(self, message: Any, now: float) -> None:
-        """Receive a joint state, which may be of another arm."""
+        """Receive a joint state; ignore those of another arm."""
         if set(self._joint_names) <= set(message.name):
             self.joint_states.receive(message, now)
 
@@ -100,7 +90,7 @@ class Predictor:
         self.contact.receive(message, now)
 
     def receive_diagnostics(self, message: Any, now: float) -> None:
-        """Receive diagnostics, which may be of another node."""
+        """Receive diagnostics; ignore those of another node."""
         prefix = self.name.lstrip('/') + ': '
         statuses = [status for status in message.status if status.name.startswith(prefix)]
         if statuses:
@@ -125,10 +115,10 @@ class Predictor:
         if measured is None or residual is None:
             return None
         delay = _seconds(measured) - _seconds(residual)
-        return delay if 0.0 <= delay < 10.0 else None  # otherwise they are of different clocks
+        return delay if 0.0 <= delay < 10.0 else None  # otherwise the clocks differ
 
     def diagnostics(self, now: float) -> list[tuple[str, int, str]]:
-        """Return name, level and message of each status; nothing if they are old."""
+        """Return name, level and message of each status; nothing if they are stale."""
         if now - self._reported > DIAGNOSTICS_STALE_AFTER:
             return []
         return [(status.name.partition(': ')[2], int.from_bytes(status.level, 'little'),
@@ -143,7 +133,7 @@ class Predictor:
         return [joint for joint in JOINTS if joint in named.replace(' ', '').split(',')]
 
     def contact_duration(self, now: float) -> float:
-        """Return for how long the arm is in contact [s]."""
+        """Return the duration of the contact [s]."""
         return now - self._contact_since
 
 

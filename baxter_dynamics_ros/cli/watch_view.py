@@ -1,4 +1,4 @@
-"""View of a predictor: a table per arm, or a line."""
+"""View of a predictor, as a table or a line."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def line(predictor: Predictor, now: float) -> str:
 
 
 def bar(value: float, limit: float) -> str:
-    """Return a bar from zero in the middle; its ends are at the limit, either side."""
+    """Return a bar that begins at zero in the middle and ends at the limit on either side."""
     length = round(BAR * min(abs(value) / limit, 1.0))
     left, right = (0, length) if value > 0.0 else (length, 0)
     return f'{"█" * left:>{BAR}}│{"█" * right:<{BAR}}'
@@ -55,7 +55,7 @@ def number(value: float | None) -> str:
 
 
 def contact_text(predictor: Predictor, now: float) -> str:
-    """Return whether the arm is in contact, at which joints, and for how long."""
+    """Return the state of contact: joints and duration."""
     contact = _contact(predictor, now)
     if contact is None:
         return 'contact unknown'
@@ -87,7 +87,7 @@ def _joint_table(predictor: Predictor, now: float) -> Table:
     instant = predictor.instant(now)
     predicted, external = predictor.predicted.newest(now), predictor.external.newest(now)
     measured, residuals = ({}, {}) if instant is None else (instant.measured, instant.residual)
-    # Without a residual predictions go on; with one, all three are of the same instant.
+    # With a residual, all three are of the same instant; without one, predictions go on.
     predictions = instant.predicted if instant else by_joint(predicted) if predicted else {}
     externals = by_joint(external) if external else {}
     touched = predictor.contact_joints() if _contact(predictor, now) else []

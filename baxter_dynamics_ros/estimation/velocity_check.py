@@ -12,6 +12,7 @@ _CHECK_PERIOD = 0.5  # time between checks [s]; a late message looks like a mism
 # Allowed difference between position and integrated velocity: velocity lags position by 14 ms on a
 # Baxter, and stamps that are times of arrival add the transport delay.
 _TOLERANCE = 0.03  # [rad]
+_LAG = 0.02  # [s]; ... plus the change of velocity over this time, as in a hard push
 _SHARE = 0.5  # ... plus this share of the motion
 _EVIDENCE = 0.1  # motion needed to accept a velocity again [rad]
 
@@ -37,8 +38,8 @@ class VelocityCheck:
     """
 
     def __init__(self) -> None:
-        # Position, integrated velocity, and their difference [rad].
-        self._sample = np.zeros((3, N_JOINTS))
+        # Position, integrated velocity, and their difference [rad]; velocity [rad/s].
+        self._sample = np.zeros((4, N_JOINTS))
         self._low = self._high = self._sample
         self._t, self._next_check = 0.0, _CHECK_PERIOD  # since the start of the window [s]
         self.reset()
@@ -83,6 +84,7 @@ class VelocityCheck:
             sample[1] += (0.5 * dt) * (qd + self._last)
             self._t += dt
         np.subtract(sample[1], q, out=sample[2])
+        sample[3] = qd
         if self._last is None:
             self._begin_window()
         self._last = qd
@@ -100,9 +102,9 @@ class VelocityCheck:
         self._low, self._high = self._sample.copy(), self._sample.copy()
 
     def _compare(self) -> None:
-        moved, integrated, difference = self._high - self._low
+        moved, integrated, difference, change = self._high - self._low
         motion = np.maximum(moved, integrated)
-        excess = difference - _TOLERANCE - _SHARE * motion  # [rad]
+        excess = difference - _TOLERANCE - _LAG * change - _SHARE * motion  # [rad]
         differs = excess > 0.0
         is_complete = self._t >= WINDOW
         if is_complete:

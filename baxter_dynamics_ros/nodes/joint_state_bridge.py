@@ -1,6 +1,5 @@
 """Node joint_state_bridge: republishes joint states of a ROS 1 robot in ROS 2, read-only."""
 
-from contextlib import ExitStack
 import os
 import sys
 import threading
@@ -64,7 +63,7 @@ class JointStateBridge(ParameterNode):
         self._subscriber.start()
 
     def destroy_node(self) -> None:
-        """Unregister from the robot's master, then destroy the node."""
+        """Unregister from the master, then destroy the node."""
         self._subscriber.stop()
         super().destroy_node()
 
@@ -91,8 +90,8 @@ class JointStateBridge(ParameterNode):
         seconds, self._reported_at = now - self._reported_at, now
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [self._of_master(), *(
-            self._of_topic(topic, seconds) for topic in self._topics)]
+        message.status = [self._master_status(), *(
+            self._topic_status(topic, seconds) for topic in self._topics)]
         name = self.get_fully_qualified_name().lstrip('/')
         for status in message.status:
             self._log_change(status)
@@ -100,7 +99,7 @@ class JointStateBridge(ParameterNode):
             status.hardware_id = 'baxter'
         self._diagnostics.publish(message)
 
-    def _of_master(self) -> DiagnosticStatus:
+    def _master_status(self) -> DiagnosticStatus:
         subscriber = self._subscriber
         status = DiagnosticStatus(
             name='master', level=DiagnosticStatus.OK,
@@ -108,12 +107,12 @@ class JointStateBridge(ParameterNode):
         if subscriber.problem is not None:
             status.level, status.message = DiagnosticStatus.ERROR, str(subscriber.problem)
         _add(status, {'address': subscriber.master.address,
-                      'calls of the master arrive': subscriber.is_called,
+                      'reachable from the master': subscriber.is_called,
                       'malformed headers and messages': subscriber.malformed,
                       'reconnections': subscriber.reconnections})
         return status
 
-    def _of_topic(self, topic: str, seconds: float) -> DiagnosticStatus:
+    def _topic_status(self, topic: str, seconds: float) -> DiagnosticStatus:
         sources = self._subscriber.sources(topic)
         for source in sources:
             source.close_period(seconds)
@@ -131,7 +130,7 @@ class JointStateBridge(ParameterNode):
             status.message = (f'{topic} has {others} other publishers in ROS 2: joint states may '
                               'arrive twice; check for a second bridge')
         _add(status, {'publishers': len(self._subscriber.connections(topic)),
-                      'publishers in ROS 2 beside the bridge': others})
+                      'other publishers in ROS 2': others})
         for source in sources:
             _add(status, {f'{source.publisher} {key}': value for key, value in (
                 ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
@@ -168,13 +167,7 @@ def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until it is interrupted or terminated."""
-    with ExitStack() as stack:
-        def make() -> JointStateBridge:
-            node = JointStateBridge()
-            stack.callback(node.destroy_node)
-            return node
-        make.__doc__ = JointStateBridge.__doc__
-        return run(make, 'joint_state_bridge', args)
+    return run(JointStateBridge, 'joint_state_bridge', args)
 
 
 if __name__ == '__main__':

@@ -17,7 +17,9 @@ from ..estimation.settings import Setting
 from ..model.exceptions import ArgumentError
 
 NO_SUCH = 'no such parameter'
-_PER_SECOND = 200  # parameters set or refused; more would delay joint states
+# A change builds a model, which delays joint states: changes allowed at once, and per second.
+_CHANGES = 100.0
+_CHANGES_PER_SECOND = 20.0
 
 
 class ParameterNode(Node):
@@ -43,8 +45,8 @@ class ParameterNode(Node):
         super().__init__(name)
         self.values: dict[str, Any] = {}
         self._settings: dict[str, Setting] = {}
-        self._second, self._requested = time.monotonic(), 0
-        self._accepted: Any = None  # result of build() for the newest accepted values
+        self._allowed, self._asked_at = _CHANGES, time.monotonic()
+        self._accepted: Any = None  # what build() returned of the values accepted last
 
     def build(self, values: dict[str, Any]) -> Any:
         """Return the argument of ``apply``; raise ArgumentError for inconsistent values."""
@@ -96,19 +98,28 @@ class ParameterNode(Node):
         return ', '.join(names) or 'none'
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set parameters like rclpy, but name a rejected parameter and the reason."""
-        if time.monotonic() - self._second > 1.0:
-            self._second, self._requested = time.monotonic(), 0
-        self._requested += len(parameter_list)
-        if self._requested > _PER_SECOND:
-            return SetParametersResult(successful=False, reason=(
-                f'too many parameters: at most {_PER_SECOND} are set per second'))
+        """Set parameters as rclpy does, but name the parameter that is refused and the reason."""
         try:
             for parameter in parameter_list:
                 self._refuse(parameter)
         except ArgumentError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        if not self._has_allowance():
+            return SetParametersResult(successful=False, reason=(
+                f'too many changes: at most {_CHANGES:g} at once and {_CHANGES_PER_SECOND:g} per '
+                'second; set_parameters_atomically sets several as one change'))
         return super().set_parameters_atomically(parameter_list)
+
+    def _has_allowance(self) -> bool:
+        """Return whether another change is allowed now, and deduct it."""
+        now = time.monotonic()
+        self._allowed = min(_CHANGES, self._allowed + _CHANGES_PER_SECOND * (
+            now - self._asked_at))
+        self._asked_at = now
+        if self._allowed < 1.0:
+            return False
+        self._allowed -= 1.0
+        return True
 
     def _refuse(self, parameter: Parameter) -> None:
         """Raise ArgumentError if a parameter cannot be set, or not to this value."""

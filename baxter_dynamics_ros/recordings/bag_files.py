@@ -31,27 +31,11 @@ class BagFiles:
     """
     Open files of a bag: a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
 
-    Parameters
-    ----------
-    path : Path
-        The bag.
-
-    Attributes
-    ----------
-    channels : list of Channel
-        Channels with messages.
-
-    Raises
-    ------
-    BagError
-        If a file is a pipe, a device or a socket.
-    Exception
-        Any exception that the libraries raise for a damaged file; also while reading messages.
-
+    The libraries raise exceptions of many types for a damaged file.
     """
 
     def __init__(self, path: Path) -> None:
-        self.channels: list[Channel] = []
+        self.channels: list[Channel] = []  # with messages
         self._files: list[_McapFile | _RosbagsFile] = []
         self._is_compressed = False  # message by message
         with ExitStack() as stack:

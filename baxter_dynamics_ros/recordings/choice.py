@@ -13,24 +13,7 @@ _SHOWN = 8  # names in a message
 
 
 def choose_arm(where: str, names: set[str], arm: 'str | None') -> str:
-    """
-    Return the side of the arm whose joint states are recorded.
-
-    Parameters
-    ----------
-    where : str
-        Path and topic, for error messages.
-    names : set of str
-        Recorded joints.
-    arm : str or None
-        Requested side; None for the only one.
-
-    Raises
-    ------
-    BagError
-        If the requested arm or, without a request, exactly one arm is not there.
-
-    """
+    """Return the requested arm, or the only one, among recorded joints; raise BagError."""
     sides = sides_of(names, arm)
     if not sides:
         found = f'only {_list(names)}' if names else 'its joint states name no joints'
@@ -50,19 +33,11 @@ def choose_topic(path: Path, topics: dict[str, set[str]], topic: 'str | None', a
     path : Path
         The bag, for error messages.
     topics : dict
-        Topic -> set of the types of its messages, with the encoding in parentheses if it cannot
-        be read; topics without messages are left out.
-    topic : str or None
-        Requested topic; None for the robot's usual one, or else the only one.
-    arm : str or None
-        Requested side; None for any.
+        Topic -> types of its messages, with the encoding in parentheses if it is not readable.
+    topic, arm : str or None
+        Requested topic and arm; by default the robot's usual topic, or else the only one.
     peek : callable
-        Topic -> set of the joints that its first messages name.
-
-    Raises
-    ------
-    BagError
-        If there is none, or more than one; the message lists what there is.
+        Topic -> joints that its first messages name.
 
     """
     candidates = sorted(name for name, types in topics.items() if JOINT_STATE in types)

@@ -47,7 +47,7 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
     q : ndarray (n, 7)
         Position [rad].
     recording : str
-        Its name.
+        Name of the recording.
 
     """
     found = []

@@ -1,8 +1,8 @@
-"""Data check: whether a recording's effort and velocity are what the model takes them for."""
+"""Data check: whether measured effort and velocity have the meaning that the model assumes."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import permutations
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,11 +16,12 @@ from ..model.joints import JOINTS, N_JOINTS, S1
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 
-_ROWS = 4000  # most samples that are kept, evenly spaced
-_SHORTEST = 5.0  # duration below which nothing is judged [s]
-_KNOWN = 0.25  # largest standard deviation of a gain that is judged
-_LOAD_BEARING = slice(0, 4)  # s0, s1, e0, e1: a gripper multiplies the small torques of the wrist
-_MOVED_COST = 1.0  # log of variance that each exchanged joint must save
+_ROWS = 4000  # minimum of samples that are kept, evenly spaced, of a long recording
+_SHORTEST = 5.0  # duration below which nothing is checked [s]
+_KNOWN = 0.25  # maximum standard deviation of a gain that is checked
+_ACCELERATES = 0.3  # standard deviation of an acceleration that is not just noise [rad/s^2]
+_BEARS_LOAD = np.arange(N_JOINTS) < 4  # a gripper multiplies the small torques of the wrist
+_MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
 
 
@@ -32,60 +33,35 @@ class Gain(NamedTuple):
 
     @property
     def known(self) -> Bools:
-        """Return where the motion shows the gain, (7,) bool."""
+        """Return whether the motion determines the gain, (7,)."""
         return np.nan_to_num(self.deviation, nan=np.inf) < _KNOWN
 
-    def median(self, joints: slice = _LOAD_BEARING) -> float:
-        """Return the median over the joints where it is known; NaN if there is none."""
-        values = self.value[joints][self.known[joints]]
+    def median(self) -> float:
+        """Return the median over load-bearing joints with known gain; NaN if there are none."""
+        values = self.value[self.known & _BEARS_LOAD]
         return float(np.median(values)) if len(values) else np.nan
 
 
 @dataclass(frozen=True, eq=False)
 class DataCheck:
-    """
-    What measured effort and velocity have in common with the model.
+    """Comparison of measured effort and velocity with the model; arrays (7,)."""
 
-    Attributes
-    ----------
-    gain, correlation : ndarray (7,)
-        Slope of measured over predicted effort without friction, and their correlation; NaN for a
-        joint that does not move.
-    inertial, gravity, spring : Gain
-        Gain of the measured effort on M qdd + C qd, on G, and on the spring at s1.
-    coulomb : ndarray (7,)
-        Coulomb friction beside these gains [N m].
-    lag : Lag or None
-        Lag of the velocity; None if unknown.
-    velocity_scale : float
-        Change of position over integrated velocity; NaN if unknown.
-    problems : tuple of Notice
-        What is wrong with the data, most fundamental first.
-
-    """
-
-    gain: Array
-    correlation: Array
-    inertial: Gain
-    gravity: Gain
-    spring: Gain
-    coulomb: Array
-    lag: 'Lag | None'
-    velocity_scale: float
-    problems: tuple[Notice, ...]
+    gain: Array  # slope of measured over predicted effort without friction; NaN at rest
+    correlation: Array  # of these; NaN for a joint at rest
+    inertial: Gain  # of the measured effort on M qdd + C qd
+    gravity: Gain  # on G
+    spring: Gain  # on the spring at s1
+    coulomb: Array  # Coulomb friction fitted together with these gains [N m]
+    lag: 'Lag | None'  # of the velocity; None if unknown
+    velocity_scale: float  # change of position over integrated velocity; NaN if unknown
+    problems: tuple[Notice, ...] = ()  # most fundamental first
 
 
 class DataChecker:
     """
-    Collects samples of one or more recordings of an arm, and checks them.
+    Data check of one or more recordings of an arm, compared with the model of the settings.
 
     Memory does not grow with the length of the recordings.
-
-    Parameters
-    ----------
-    settings : PredictorSettings
-        The model that the data are compared with.
-
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
@@ -98,19 +74,7 @@ class DataChecker:
         self._velocity = VelocitySums()
 
     def add(self, time: Array, state: Array, newest_q: Array, newest_qd: Array) -> None:
-        """
-        Add consecutive samples of a recording.
-
-        Parameters
-        ----------
-        time : ndarray (n,)
-            Stamps [s].
-        state : ndarray (n, 4, 7)
-            q, qd, qdd and measured effort of one instant, in rad, s and N m.
-        newest_q, newest_qd : ndarray (n, 7)
-            Position and velocity as in the messages [rad, rad/s].
-
-        """
+        """Add q, qd, qdd and effort (n, 4, 7), and q and qd of the newest messages (n, 7)."""
         self._parts.append(state[-self._seen % self._stride::self._stride])
         self._seen += len(state)
         self._recent.append((time, newest_q, newest_qd))
@@ -118,21 +82,27 @@ class DataChecker:
             self._parts = [np.concatenate(self._parts)[::2]]
             self._stride *= 2
         if sum(len(recent[0]) for recent in self._recent) > _ROWS:
-            self._flush()
-
-    def end_recording(self) -> None:
-        """End a recording: what follows is not consecutive."""
-        self._flush()
+            self.end_recording()
 
     def result(self) -> 'DataCheck | None':
-        """Return what was found; None if there are too few samples with effort."""
-        self._flush()
+        """Return the results; None if there are too few samples with effort."""
+        self.end_recording()
         rows = np.concatenate(self._parts) if self._parts else np.empty((0, 4, N_JOINTS))
         if len(rows) < 2 or self._duration < _SHORTEST:
             return None
-        return _check(rows, self._duration, self._velocity, self._settings)
+        q, qd, qdd, measured = rows.swapaxes(0, 1)
+        constant = np.ptp(measured, axis=0) < 1e-6
+        moves = (np.ptp(q, axis=0) > TRAVEL) & ~constant
+        data = _Data(q, qd, qdd, measured, *_predicted(self._settings, q, qd, qdd), constant,
+                     moves, self._duration, self._settings)
+        gains = np.array([_gains(data, joint) for joint in range(N_JOINTS)])  # (7, 4, 2)
+        inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
+        check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0],
+                          self._velocity.lag(), self._velocity.scale())
+        return replace(check, problems=tuple(_problems(data, check)))
 
-    def _flush(self) -> None:
+    def end_recording(self) -> None:
+        """End a recording; later samples are not consecutive."""
         if self._recent:
             time, q, qd = (np.concatenate(column) for column in zip(*self._recent))
             steps = np.diff(time)
@@ -142,33 +112,20 @@ class DataChecker:
 
 
 class _Data(NamedTuple):
-    """Samples and the parts of the prediction that they are compared with, (n, 7) each."""
+    """Samples and the parts of their prediction, (n, 7) each."""
 
-    q: Array
+    q: Array  # [rad]
     qd: Array
     qdd: Array
-    measured: Array
+    measured: Array  # effort [N m]
     inertial: Array  # M qdd + C qd [N m]
     gravity: Array  # [N m]
     spring: Array  # of the default shape if the settings have none [N m]
     predicted: Array  # without friction and bias [N m]
-    moves: Bools  # (7,)
+    constant: Bools  # (7,) whether the measured effort is constant
+    moves: Bools  # (7,) whether the joint moves and its measured effort varies
     duration: float  # [s]
     settings: PredictorSettings
-
-
-def _check(rows: Array, duration: float, velocity: VelocitySums,
-           settings: PredictorSettings) -> DataCheck:
-    q, qd, qdd, measured = rows.swapaxes(0, 1)
-    data = _Data(q, qd, qdd, measured, *_predicted(settings, q, qd, qdd),
-                 (np.ptp(q, axis=0) > TRAVEL) & (np.ptp(measured, axis=0) > 1e-6),
-                 duration, settings)
-    gains = np.array([_gains(data, joint) for joint in range(N_JOINTS)])  # (7, 4, 2)
-    gain, correlation = _overall(data)
-    inertial, on_gravity, on_spring = (Gain(*gains[:, k].T) for k in range(3))
-    check = DataCheck(gain, correlation, inertial, on_gravity, on_spring, gains[:, 3, 0],
-                      velocity.lag(), velocity.scale(), ())
-    return DataCheck(**{**vars(check), 'problems': tuple(_problems(data, check))})
 
 
 def _predicted(settings: PredictorSettings, q: Array, qd: Array,
@@ -187,11 +144,12 @@ def _gains(data: _Data, joint: int) -> Array:
         return result
     columns = [data.inertial[:, joint], data.gravity[:, joint], data.spring[:, joint],
                np.tanh(data.qd[:, joint] / _SLIDING)]
-    used = [k for k, column in enumerate(columns) if column.std() > 1e-6]
+    used = [k for k, column in enumerate(columns) if column.std() > 1e-6
+            and (k > 0 or data.qdd[:, joint].std() > _ACCELERATES)]
     x = np.stack([np.ones(len(data.q)), *(columns[k] for k in used)], axis=1)
     solution = np.linalg.lstsq(x, data.measured[:, joint], rcond=None)[0]
     left = data.measured[:, joint] - x @ solution
-    # Residuals stay alike for about a second, so a second counts as one sample.
+    # Residuals are correlated for about a second, so a second counts as one sample.
     variance = left.var() * len(x) / max(data.duration, 1.0)
     deviation = np.sqrt(variance * np.diag(np.linalg.pinv(x.T @ x)))
     result[used] = np.stack([solution, deviation], axis=1)[1:]
@@ -208,24 +166,17 @@ def _overall(data: _Data) -> tuple[Array, Array]:
 
 
 def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    """Yield what is wrong; a rule is asked only while those before it found nothing."""
+    """Yield the problems; the first rule that finds one hides those after it."""
     yield from _constant_effort(data)
-    lag = _odd_lag(check)
-    found: list[Notice] = []
-    rule: Any = None
-    for rule in (_velocity_scale, _exchanged, _sign, _without_gravity, _scale, _hand_guided,
-                 _springs):
-        found = list(rule(data, check))
-        yield from found
-        if found:
-            break
-    if lag is not None and not (found and rule is _velocity_scale):
-        yield lag
+    rules = (_velocity_scale, _exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs)
+    first = next(filter(None, (list(rule(data, check)) for rule in rules)), [])
+    yield from first
+    if not any(problem.kind == 'velocity_scale' for problem in first):
+        yield from _odd_lag(check)
 
 
 def _constant_effort(data: _Data) -> Iterator[Notice]:
-    constant = np.ptp(data.measured, axis=0) < 1e-6
-    for joint in np.flatnonzero(constant):
+    for joint in np.flatnonzero(data.constant):
         yield Notice('effort_constant', f'effort of {JOINTS[joint]} is always '
                      f'{data.measured[0, joint]:g} N m: it is not measured',
                      (JOINTS[joint],), refuses=True)
@@ -234,62 +185,57 @@ def _constant_effort(data: _Data) -> Iterator[Notice]:
 def _velocity_scale(data: _Data, check: DataCheck) -> Iterator[Notice]:
     scale = check.velocity_scale
     if np.isfinite(scale) and not 0.8 < scale < 1.25:
-        degrees = np.radians(1.0)
-        cause = ('their sign is opposite' if scale < 0.0 else
-                 'velocities in degrees per second do that: convert them to rad/s'
-                 if 0.8 < scale / degrees < 1.25 else
+        cause = ('their signs are opposite' if scale < 0.0 else
+                 'convert velocities from degrees per second to rad/s'
+                 if 0.8 < np.degrees(scale) < 1.25 else
                  f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
                  'or velocities are not in rad/s')
-        yield Notice('velocity_scale', f'positions change by {scale:.3g} of what the velocities '
-                     f'integrate to, instead of 1: {cause}', refuses=True)
+        yield Notice('velocity_scale', f'positions change by {scale:.3g} times the integral '
+                     f'of the velocities, instead of 1: {cause}', refuses=True)
 
 
-def _odd_lag(check: DataCheck) -> 'Notice | None':
+def _odd_lag(check: DataCheck) -> Iterator[Notice]:
     lag = check.lag
-    if lag is None or abs(lag.value - USUAL_LAG) < max(0.009, 3 * lag.uncertainty):
-        return None
-    return Notice('velocity_lag', f'velocities lag positions by {1e3 * lag.value:.1f} ± '
-                  f'{1e3 * lag.uncertainty:.1f} ms; Baxter has {1e3 * USUAL_LAG:.0f} ms, a '
-                  'simulator none: check the period of the stamps, and how velocities were made')
+    if lag is not None and abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty):
+        yield Notice('velocity_lag', f'velocities lag positions by {1e3 * lag.value:.1f} ± '
+                     f'{1e3 * lag.uncertainty:.1f} ms; Baxter has {1e3 * USUAL_LAG:.0f} ms, a '
+                     'simulator none: check the period of the stamps and the source of velocities')
 
 
 def _exchanged(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    """Look for joints whose effort fits another joint's prediction, or which are exchanged."""
+    """Find efforts that fit the prediction of another joint, or two exchanged joints."""
     errors = data.measured[:, :, None] - data.predicted[:, None]
     cost = np.log(errors.var(axis=0) + 1e-4)  # [measured, predicted]
     orders = np.array(list(permutations(range(N_JOINTS))))
     identity = np.arange(N_JOINTS)
     total = cost[identity, orders].sum(1) + _MOVED_COST * (orders != identity).sum(1)
-    constant = np.ptp(data.measured, axis=0) < 1e-6
-    total[(constant & (orders != identity)).any(1)] = np.inf
-    best = orders[int(np.argmin(total))]
-    what = 'efforts'
-    bearing = np.nan_to_num(check.correlation[_LOAD_BEARING][data.moves[_LOAD_BEARING]])
+    total[(data.constant & (orders != identity)).any(1)] = np.inf
+    best, exchanged = orders[int(np.argmin(total))], 'efforts'
+    bearing = np.nan_to_num(check.correlation[_BEARS_LOAD & data.moves])
     # Efforts with the shape of their own joint's prediction belong to it, whatever their gain.
     if (best == identity).all() and not (np.abs(bearing) > 0.7).all():
-        best, what = _exchanged_joints(data, float(np.trace(cost))), 'joints'
+        best, exchanged = _exchanged_joints(data, float(np.trace(cost))), 'joints'
     where = np.flatnonzero(best != identity)
     if len(where):
-        names = tuple(JOINTS[i] for i in where)
+        names = _names(best != identity)
         fits = ', '.join(f'{JOINTS[i]} fits {JOINTS[best[i]]}' for i in where)
-        yield Notice('joints_exchanged', f'{what} of {", ".join(names)} look exchanged ({fits}): '
-                     'check the order of the names', names, refuses=True)
+        yield Notice('joints_exchanged', f'{exchanged} of {", ".join(names)} look exchanged '
+                     f'({fits}): check the order of the names', names, refuses=True)
 
 
 def _exchanged_joints(data: _Data, cost: float) -> Any:
-    """Return the order (7,) in which two joints are exchanged, if that explains the effort."""
+    """Return the order (7,) with two joints exchanged, if that explains the effort."""
     identity = np.arange(N_JOINTS)
     rows = slice(None, None, max(len(data.q) // 400, 1))
     q, qd, qdd, measured = (x[rows] for x in (data.q, data.qd, data.qdd, data.measured))
     best, least = identity, cost - 4 * _MOVED_COST
-    for i in range(N_JOINTS):
-        for k in range(i + 1, N_JOINTS):
-            order = identity.copy()
-            order[[i, k]] = k, i
-            predicted = _predicted(data.settings, q[:, order], qd[:, order], qdd[:, order])[-1]
-            trial = float(np.log((measured[:, order] - predicted).var(0) + 1e-4).sum())
-            if trial < least:
-                best, least = order, trial
+    for pair in combinations(range(N_JOINTS), 2):
+        order = identity.copy()
+        order[[*pair]] = pair[::-1]
+        predicted = _predicted(data.settings, q[:, order], qd[:, order], qdd[:, order])[-1]
+        trial = float(np.log((measured[:, order] - predicted).var(0) + 1e-4).sum())
+        if trial < least:
+            best, least = order, trial
     return best
 
 
@@ -304,53 +250,48 @@ def _sign(data: _Data, check: DataCheck) -> Iterator[Notice]:
 def _without_gravity(data: _Data, check: DataCheck) -> Iterator[Notice]:
     gravity = check.gravity.median()
     if gravity < 0.4 and not check.inertial.median() < 0.4:
-        joints = check.gravity.known & (np.arange(N_JOINTS) < _LOAD_BEARING.stop)
-        yield Notice('no_gravity', f'measured effort holds {gravity:.2f} of the torque of gravity '
+        joints = check.gravity.known & _BEARS_LOAD
+        yield Notice('no_gravity', f'measured effort has {gravity:.2f} of the torque of gravity '
                      f'({_numbers(joints, check.gravity.value)}), instead of 1: effort without '
                      'gravity compensation cannot be compared; for a simulator without gravity '
                      'use simulation.yaml with gravity [0, 0, 0]', _names(joints), refuses=True)
 
 
 def _scale(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    bearing = (data.predicted.std(0) > 0.5) & (np.arange(N_JOINTS) < _LOAD_BEARING.stop)
-    bearing &= np.abs(check.correlation) > 0.7
+    bearing = _BEARS_LOAD & (data.predicted.std(0) > 0.5) & (np.abs(check.correlation) > 0.7)
     overall = np.median(check.gain[bearing]) if bearing.any() else 1.0
-    odd = bearing & ((check.gain < 0.45) | (check.gain > 2.2))
-    if not 0.6 < overall < 1.7:
-        odd = bearing
+    is_usual = (check.gain > 0.45) & (check.gain < 2.2) & (0.6 < overall < 1.7)
+    odd = bearing & ~is_usual
     if odd.any():
-        yield Notice('effort_scale', 'measured effort is the predicted one times '
+        yield Notice('effort_scale', 'measured effort is the predicted effort times '
                      f'{_numbers(odd, check.gain)}: check its unit', _names(odd), refuses=True)
 
 
 def _springs(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    spring = check.spring
-    if not spring.known[S1]:
-        return
-    value, has_spring = spring.value[S1], data.settings.effort_model.has_spring
+    value = check.spring.value[S1] if check.spring.known[S1] else np.nan
+    has_spring = data.settings.effort_model.has_spring
     if has_spring and value < 0.4:
-        yield Notice('no_springs', f"measured effort of s1 holds {value:.2f} of the springs' "
+        yield Notice('no_springs', f"measured effort of s1 has {value:.2f} of the springs' "
                      'torque, instead of 1: simulators have no springs; use simulation.yaml',
                      ('s1',), refuses=True)
     elif not has_spring and value > 0.6:
-        yield Notice('springs', f"measured effort of s1 holds {value:.2f} of the springs' torque "
-                     'that these settings leave out: for a real robot enable effort_model',
+        yield Notice('springs', f"measured effort of s1 has {value:.2f} of the springs' torque, "
+                     'which these settings omit: for a real robot enable effort_model',
                      ('s1',))
 
 
 def _hand_guided(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    joints = check.inertial.known & (np.arange(N_JOINTS) < _LOAD_BEARING.stop)
     inertial = check.inertial.median()
-    if not inertial < 0.35:
-        return
-    friction = joints & (check.coulomb < 0.0)
-    text = (f'measured effort holds {inertial:.2f} of the inertial and Coriolis torque '
-            f'({_numbers(joints, check.inertial.value)}), instead of 1')
-    if friction.any():
-        text += f', and friction is negative ({_numbers(friction, check.coulomb, unit=" N m")})'
-    yield Notice('moved_by_hand', f'{text}: the motors did not make this motion. An arm moved by '
-                 'hand cannot be calibrated: record a motion that the motors make',
-                 _names(joints), refuses=True)
+    if inertial < 0.35:
+        joints = check.inertial.known & _BEARS_LOAD
+        negative = joints & (check.coulomb < 0.0)
+        friction = ', and friction is negative (%s)' % _numbers(
+            negative, check.coulomb, unit=' N m') if negative.any() else ''
+        yield Notice('moved_by_hand', f'measured effort has {inertial:.2f} of the inertial and '
+                     f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1'
+                     f'{friction}: the motors did not make this motion. An arm moved by hand '
+                     'cannot be calibrated: record a motion made by the motors',
+                     _names(joints), refuses=True)
 
 
 def _names(where: Bools) -> tuple[str, ...]:

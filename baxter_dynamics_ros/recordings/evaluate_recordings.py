@@ -1,6 +1,6 @@
 """Evaluation of recordings: errors of both methods and of three acceleration estimators."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -46,11 +46,13 @@ class Evaluator:
         self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
         self._shares = RunningSquares()
 
-    def evaluate(self, recording: Recording) -> Evaluation:
-        """Evaluate an open recording."""
+    def evaluate(self, recording: Recording,
+                 progress: Callable[[int], object] = lambda received: None) -> Evaluation:
+        """Evaluate an open recording; call progress with the number of messages read so far."""
         run = _Run(PredictorSettings({**self._values, 'arm': recording.arm}))
         for block in play(recording, run.predictor):
             run.add(block)
+            progress(run.predictor.counts['received'])
         for name, errors in run.errors.items():
             self._errors[name].include(errors)
         self._shares.include(run.shares)

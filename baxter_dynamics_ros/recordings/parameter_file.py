@@ -70,20 +70,7 @@ def write_parameters(path: str | Path, values: dict[str, Any],
     """
     Write the arm and the settings that differ from their defaults to a parameter file.
 
-    Parameters
-    ----------
-    path : Path
-        The file; replaced if it exists.
-    values : dict
-        All settings.
-    comments : sequence of str
-        Lines of the comment at the top.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If the file cannot be written.
-
+    The values hold all settings; the comments are lines at the top.
     """
     tree: dict[str, Any] = {}
     for name, default in DEFAULTS.items():

@@ -67,23 +67,9 @@ class BagWriter:
                     velocity: ArrayLike = (), effort: ArrayLike = (),
                     received_ns: int | None = None, frame: str = '') -> None:
         """
-        Write a joint state.
+        Write a joint state with values in rad, rad/s and N m, which may be empty.
 
-        Parameters
-        ----------
-        topic : str
-            Topic name.
-        stamp_ns : int
-            Header stamp [ns].
-        names : iterable of str
-            Joint names.
-        position, velocity, effort : array_like
-            Values [rad], [rad/s], [N m] in the order of names; may be empty.
-        received_ns : int, optional
-            Time of recording [ns]; the stamp by default.
-        frame : str
-            Header ``frame_id``.
-
+        The time of recording, received_ns, is the stamp by default; frame is ``frame_id``.
         """
         types = _TYPES.types
         try:
@@ -108,21 +94,7 @@ class BagWriter:
 
 def save_predictions(recording: Recording, settings: PredictorSettings, writer: BagWriter,
                      node: str) -> None:
-    """
-    Write predicted effort, residual and external effort as the node would publish them.
-
-    Parameters
-    ----------
-    recording : Recording
-        Open recording of one arm.
-    settings : PredictorSettings
-        Settings of the node.
-    writer : BagWriter
-        Open writer.
-    node : str
-        Name of the node with its namespace; the topics are below it.
-
-    """
+    """Write predicted effort, residual and external effort as a node would publish them."""
     predictor = settings.predictor(external=True)
     names = joint_names(recording.arm)
     for stamp_ns, joints, position, velocity, effort, received_ns in recording:

@@ -1,4 +1,4 @@
-"""The server that a ROS 1 master calls back when the publishers of a topic change."""
+"""XML-RPC server that a ROS 1 master calls when the publishers of a topic change."""
 
 from collections.abc import Callable
 import threading
@@ -12,35 +12,35 @@ MAX_REQUEST = 1024 * 1024  # [bytes]
 
 
 class _Handler(SimpleXMLRPCRequestHandler):
-    """Answers requests of bounded length, each within a bounded time."""
+    """Request handler with bounded length and time."""
 
     timeout = 2.0  # [s]
 
     def do_POST(self) -> None:  # noqa: N802
-        """Answer a request, unless it is too long or does not give its length."""
+        """Answer a request of known and acceptable length."""
         length = self.headers.get('content-length', '')
         if length.isascii() and length.isdigit() and int(length[:10]) <= MAX_REQUEST:
             super().do_POST()
         else:
             self.send_error(413)
-        self.close_connection = True  # one request at a time: nobody may hold the server
+        self.close_connection = True  # a client must not occupy the only thread
 
 
 class CallbackServer:
     """
-    Calls a function when the publishers of a topic change; runs in a thread of its own.
+    XML-RPC server of a subscriber, in its own thread.
 
     Parameters
     ----------
     on_update : callable
-        Called with a topic and the URIs of its publishers.
+        Called with a topic and the URIs of its publishers when these change.
 
     Attributes
     ----------
     port : int
-        Where it listens, on all addresses of this machine.
+        Port, open on all addresses of this machine.
     called : threading.Event
-        Set by each call.
+        Set by every call of the master.
 
     """
 
@@ -71,4 +71,4 @@ class CallbackServer:
 
     def _shutdown(self, caller_id: Any, reason: Any = '') -> tuple[int, str, int]:
         self.called.set()
-        return 1, 'ignored: end this node with a signal', 0
+        return 1, 'ignored: stop this node with a signal', 0

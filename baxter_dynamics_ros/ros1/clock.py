@@ -1,31 +1,31 @@
-"""Offset between a robot's clock and this machine's, from stamps and times of arrival."""
+"""Offset between a robot's clock and this machine's, from stamps and arrival times."""
 
 from collections import deque
 
-_WINDOW = 1_000_000_000  # [ns], of which the fastest arrival is kept
-_WINDOWS = 10  # kept; drift of 50 ppm moves the offset by 0.5 ms in as many seconds
-_SLEW = 0.002  # greatest change of the offset per time: 20 us between stamps at 100 Hz
-_EARLY = 100_000_000  # [ns]: nothing arrives before it is sent, so a clock was set
-_LATE = 500_000_000  # [ns]: the fastest arrival of a window is later, so a clock was set
-_LONGEST = 100_000_000  # [ns] between two stamps that count for the slew
+_WINDOW = 1_000_000_000  # [ns]; the fastest arrival of each window is kept
+_WINDOWS = 10  # windows kept; a drift of 50 ppm changes the offset by 0.5 ms meanwhile
+_SLEW = 0.002  # maximum rate of change of the offset: 20 us between stamps at 100 Hz
+_EARLY = 100_000_000  # [ns]; no message arrives so early unless a clock was set
+_LATE = 500_000_000  # [ns]; no window has only such late arrivals unless a clock was set
+_LONGEST = 100_000_000  # [ns]; maximum time step of the slew
 
 
 class ClockOffset:
     """
-    Follows the offset of this machine's clock from the robot's.
+    Estimator of the offset between the robot's clock and this machine's.
 
-    The fastest arrivals of the last ten seconds set the offset; it moves by at most 0.2 % of the
-    time that passes, so that stamps stay as even as the robot's. It begins anew where one of the
-    clocks was set.
+    The fastest arrivals of the last ten seconds determine the offset. It changes by at most 0.2 %
+    of the elapsed time, so that shifted stamps stay as even as the robot's. It restarts when one
+    of the clocks is set.
 
     Attributes
     ----------
     offset_ns : int
-        This machine's clock minus the robot's, plus the shortest time of transport [ns].
+        This machine's clock minus the robot's, plus the minimum transport delay [ns].
     steps : int
-        How often it began anew.
+        Number of restarts.
     late_ns : int
-        By how much the last message arrived later than the offset says [ns].
+        Delay of the last message beyond the minimum transport delay [ns].
 
     """
 
@@ -40,14 +40,14 @@ class ClockOffset:
 
     def update(self, stamp_ns: int, arrival_ns: int) -> int:
         """
-        Take the stamp of a message and its time of arrival; return the offset to add [ns].
+        Update the offset with one message and return it [ns].
 
         Parameters
         ----------
         stamp_ns : int
-            By the robot's clock [ns].
+            Stamp, by the robot's clock [ns].
         arrival_ns : int
-            By this machine's clock [ns].
+            Time of arrival, by this machine's clock [ns].
 
         """
         difference = arrival_ns - stamp_ns

@@ -1,4 +1,4 @@
-"""The connection to one publisher of one topic, made anew for as long as it is wanted."""
+"""Connection to one publisher of one topic, with reconnection."""
 
 from collections.abc import Callable
 import struct
@@ -12,12 +12,12 @@ from .network import Endpoint, endpoint
 from .rpc import call
 from .tcpros import Stream
 
-FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # [s] before a connection is tried anew: doubled each time
+FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # [s], before reconnecting: doubled after each failure
 
 
 class Connection:
     """
-    Receives the messages of one publisher of one topic in a thread of its own.
+    Receiver of the messages of one publisher, in its own thread.
 
     Parameters
     ----------
@@ -26,22 +26,22 @@ class Connection:
     address_of : callable
         Returns the address of a host.
     on_message : callable
-        Called with this connection, a joint state and its time of arrival [ns].
+        Called with this connection, the joint state and its time of arrival [ns].
 
     Attributes
     ----------
     publisher : str
         Name of the publisher; empty before the first connection.
     connected : bool
-        Whether there is a connection now.
+        Whether the connection is open.
     since : float
-        When it began, monotonic time [s].
+        Start of the latest connection, monotonic time [s].
     connections : int
-        How many there were.
+        Number of connections so far.
     malformed : int
-        Headers and messages that were not as the protocol says.
+        Number of malformed headers and messages.
     problem : Ros1Error or None
-        Why there is no connection.
+        Why the connection is closed.
 
     """
 
@@ -64,7 +64,7 @@ class Connection:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the connection: after the return no further message begins to be delivered."""
+        """Close the connection; no delivery starts after the return."""
         self._ended.set()
         stream = self._stream
         if stream is not None:
@@ -79,20 +79,19 @@ class Connection:
             except Malformed as error:
                 self.malformed += 1
                 self.problem = Ros1Error(
-                    Step.STREAM, f'{self.uri} sends what is not a message of {self.topic} '
-                    f'({error})', 'the connection is closed and tried anew; if it goes on, '
-                    'restart the publisher')
+                    Step.STREAM, f'{self.uri} sent a malformed message on {self.topic} '
+                    f'({error})', 'reconnecting; restart the publisher if this persists')
             except (OSError, EOFError, struct.error, ValueError) as error:
                 # ValueError: the stream was closed by stop().
                 self.problem = Ros1Error(
                     Step.STREAM, f'the connection to {self.uri} ended ({error})',
-                    'it is tried anew; is the publisher running?')
+                    'reconnecting; is the publisher running?')
             self.connected, self._stream = False, None
             self._ended.wait(self._pause)
             self._pause = min(2 * self._pause, LAST_PAUSE)
 
     def _receive(self) -> None:
-        """Connect and deliver messages until the connection ends, by an exception."""
+        """Connect, and deliver messages until an exception ends the connection."""
         with self._open() as stream:
             self._stream = stream
             self.publisher = stream.publisher or self.uri
@@ -118,7 +117,7 @@ class Connection:
 
 
 def _address(server: Endpoint, answer: Any) -> tuple[str, int]:
-    """Return host and port of a publisher's answer to ``requestTopic``."""
+    """Return the host and port in a publisher's answer to ``requestTopic``."""
     try:
         protocol, host, port = answer
         if protocol == 'TCPROS' and isinstance(host, str) and 0 < port < 2 ** 16:
@@ -126,4 +125,4 @@ def _address(server: Endpoint, answer: Any) -> tuple[str, int]:
     except (TypeError, ValueError):
         pass
     raise Ros1Error(Step.PUBLISHER, f'{server.uri} does not offer TCPROS',
-                    'is it a ROS 1 node? Only publishers that offer TCPROS can be subscribed to')
+                    'is it a ROS 1 node? Only TCPROS is supported')

@@ -1,10 +1,10 @@
-"""Failures on the way to a ROS 1 robot: the step that failed, the finding and the remedy."""
+"""Errors of the connection to a ROS 1 robot: step, cause and remedy."""
 
 from enum import Enum
 
 
 class Step(Enum):
-    """Steps from a master's URI to its messages, in order."""
+    """Steps from the master's URI to messages, in order."""
 
     NAME = 'name'
     ROUTE = 'route'
@@ -19,16 +19,16 @@ class Step(Enum):
 
 class Ros1Error(Exception):
     """
-    A step towards the robot's messages failed.
+    Failure of one step of the connection to a robot.
 
     Attributes
     ----------
     step : Step
-        The step.
+        Step that failed.
     found : str
-        What was found instead of what is needed.
+        Cause.
     remedy : str
-        What to do.
+        Remedy.
 
     """
 
@@ -40,4 +40,4 @@ class Ros1Error(Exception):
 
 
 class Malformed(Exception):
-    """Bytes that are not what the protocol says."""
+    """Data that violate the protocol."""

@@ -1,4 +1,4 @@
-"""``sensor_msgs/JointState`` of ROS 1, read from its bytes."""
+"""Deserialisation of ROS 1 ``sensor_msgs/JointState``."""
 
 from array import array
 import struct
@@ -13,7 +13,7 @@ MD5SUM = '3066dcd76a6cfaef579bd0f34173e9fd'
 class JointState(NamedTuple):
     """A ROS 1 joint state."""
 
-    seq: int  # counts the publisher's messages
+    seq: int  # sequence number of the publisher
     stamp_ns: int  # [ns]
     frame_id: str
     name: list[str]
@@ -24,12 +24,12 @@ class JointState(NamedTuple):
 
 def parse(data: bytes) -> JointState:
     """
-    Return the joint state that bytes hold.
+    Return the joint state in a serialised message.
 
     Raises
     ------
     Malformed
-        If the bytes are not exactly one joint state.
+        If the data are not exactly one joint state.
 
     """
     try:
@@ -52,7 +52,7 @@ def parse(data: bytes) -> JointState:
 
 
 def _count(data: bytes, at: int, size: int) -> tuple[int, int]:
-    """Return how many items of at least ``size`` bytes follow, and where."""
+    """Return the number of items of at least ``size`` bytes, and the offset of the first."""
     count, = struct.unpack_from('<I', data, at)
     at += 4
     if count * size > len(data) - at:

@@ -1,4 +1,4 @@
-"""A ROS 1 master, looked at and subscribed with."""
+"""Client of a ROS 1 master that reads and subscribes."""
 
 from typing import Any, NamedTuple
 
@@ -8,7 +8,7 @@ from .rpc import call, not_ros, texts
 
 
 class SystemState(NamedTuple):
-    """Names of the nodes that publish and subscribe each topic."""
+    """Names of the publishers and subscribers of each topic."""
 
     publishers: dict[str, tuple[str, ...]]
     subscribers: dict[str, tuple[str, ...]]
@@ -21,7 +21,7 @@ class Master:
     Parameters
     ----------
     uri : str
-        Such as ``http://011303P0017.local:11311``.
+        URI of the master, such as ``http://011303P0017.local:11311``.
     caller_id : str
         Name of this node.
 
@@ -30,7 +30,7 @@ class Master:
     endpoint : Endpoint
         Host and port of the URI.
     address : str
-        Address at which the master was reached last; empty before :meth:`locate`.
+        Address of the master; empty before the first :meth:`locate`.
 
     """
 
@@ -41,12 +41,12 @@ class Master:
 
     def locate(self) -> str:
         """
-        Resolve the host, connect once, and return the address of this machine on that route.
+        Resolve and test the master's address; return this machine's address on that route.
 
         Raises
         ------
         Ros1Error
-            If the name, the route or the port fails.
+            If the name does not resolve or the port cannot be reached.
 
         """
         address = resolve(self.endpoint.host)
@@ -55,7 +55,7 @@ class Master:
         return local_address(address)
 
     def system_state(self) -> SystemState:
-        """Return the publishers and subscribers of all topics, by the nodes' names."""
+        """Return the publishers and subscribers of all topics."""
         value = self._call('getSystemState')
         try:
             publishers, subscribers = value[:2]
@@ -76,7 +76,7 @@ class Master:
         """
         Register a subscription and return the URIs of the topic's publishers.
 
-        The type is given as ``*``: the master then keeps nothing of a topic nobody publishes.
+        The type is ``*``: the master then stores no type for a topic without publishers.
         """
         value = self._call('registerSubscriber', topic, '*', caller_api)
         try:
@@ -85,7 +85,7 @@ class Master:
             raise not_ros(self.endpoint, Step.MASTER, error) from None
 
     def unregister(self, topic: str, caller_api: str) -> None:
-        """Take back a subscription."""
+        """Unregister a subscription."""
         self._call('unregisterSubscriber', topic, caller_api)
 
     def _call(self, method: str, *arguments: str) -> Any:

@@ -1,4 +1,4 @@
-"""Hosts, addresses and connections, with bounded waits and named failures."""
+"""Name resolution and TCP connections, with timeouts and descriptive errors."""
 
 from collections.abc import Mapping
 import os
@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from .errors import Ros1Error, Step
 
-TIMEOUT = 2.0  # of a connection or an answer [s]
+TIMEOUT = 2.0  # [s], of connections and answers
 MASTER_PORT = 11311
 
 
@@ -31,7 +31,7 @@ def endpoint(uri: str, default_port: int = MASTER_PORT) -> Endpoint:
     Raises
     ------
     Ros1Error
-        If it is not such a URI.
+        If the URI is malformed.
 
     """
     try:
@@ -66,7 +66,7 @@ def resolve(host: str) -> str:
 
 def connect(address: str, port: int) -> socket.socket:
     """
-    Return a TCP connection, its timeout TIMEOUT.
+    Return a TCP connection with a timeout of TIMEOUT.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def connect(address: str, port: int) -> socket.socket:
 
 
 def connection_error(address: str, port: int, error: Exception) -> Ros1Error:
-    """Return the step and the remedy of a connection's failure."""
+    """Return a Ros1Error with the cause of a failed connection."""
     if isinstance(error, ConnectionRefusedError):
         return Ros1Error(Step.PORT, f'port {port} of {address} is closed',
                          'is ROS running there? A robot takes two minutes to start; the port of '
@@ -99,19 +99,19 @@ def local_address(address: str, environment: Mapping[str, str] = os.environ) -> 
         return given
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((address, MASTER_PORT))  # sends nothing: it chooses the route
+            probe.connect((address, MASTER_PORT))  # sends nothing, only selects the route
         except OSError as error:
             raise connection_error(address, MASTER_PORT, error) from None
         return str(probe.getsockname()[0])
 
 
 def is_loopback(address: str) -> bool:
-    """Whether an IPv4 address is this machine's own and nobody else's."""
+    """Return whether an IPv4 address is a loopback address."""
     return address.startswith('127.')
 
 
 def keep_alive(connection: socket.socket) -> None:
-    """Let the kernel end a silent connection within 4 s after the peer or the network is gone."""
+    """Make the kernel close the connection 4 s after the peer or the network has gone."""
     connection.settimeout(None)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for option, value in (('TCP_KEEPIDLE', 1), ('TCP_KEEPINTVL', 1), ('TCP_KEEPCNT', 3)):

@@ -1,4 +1,4 @@
-"""XML-RPC calls to masters and nodes: only those that read or subscribe, with bounded answers."""
+"""Read-only XML-RPC client of ROS 1 masters and nodes, with bounded answers."""
 
 from http.client import HTTPConnection, HTTPException, HTTPResponse
 from typing import Any
@@ -18,7 +18,7 @@ _NOT_XMLRPC = (xmlrpc.client.Error, HTTPException, ExpatError, ValueError, TypeE
 
 
 class _Transport(xmlrpc.client.Transport):
-    """Connects within TIMEOUT and reads no more than MAX_ANSWER."""
+    """Transport with a timeout and a maximum length of answers."""
 
     accept_gzip_encoding = False
 
@@ -27,7 +27,7 @@ class _Transport(xmlrpc.client.Transport):
         return HTTPConnection(host, timeout=TIMEOUT)
 
     def parse_response(self, response: HTTPResponse) -> Any:
-        """Return the values of an answer, or raise Malformed if it is too long."""
+        """Return the values of an answer; raise Malformed if it is too long."""
         data = response.read(MAX_ANSWER + 1)
         if len(data) > MAX_ANSWER:
             raise Malformed(f'an answer of more than {MAX_ANSWER} bytes')
@@ -44,13 +44,13 @@ def call(server: Endpoint, step: Step, method: str, *arguments: Any) -> Any:
     Parameters
     ----------
     server : Endpoint
-        An address and a port.
+        Address and port.
     step : Step
-        MASTER or PUBLISHER; the step that fails if the answer is not that of a ROS node.
+        MASTER or PUBLISHER: the step to report if the answer is not from a ROS node.
     method : str
         One of METHODS.
     *arguments
-        Its arguments.
+        Arguments of the method.
 
     Returns
     -------
@@ -59,12 +59,12 @@ def call(server: Endpoint, step: Step, method: str, *arguments: Any) -> Any:
     Raises
     ------
     Ros1Error
-        If there is no answer, or it is not that of a ROS node, or reports a failure.
+        If there is no answer, or it is not from a ROS node, or reports a failure.
 
     """
     if method not in METHODS:
         raise ValueError(f'{method}: this client is read-only')
-    # A transport has one connection, and this one is not kept.
+    # A transport caches its connection, so each call has its own.
     transport = _Transport()
     try:
         with xmlrpc.client.ServerProxy(server.uri, transport) as proxy:
@@ -80,7 +80,7 @@ def call(server: Endpoint, step: Step, method: str, *arguments: Any) -> Any:
 
 
 def not_ros(server: Endpoint, step: Step, error: Exception) -> Ros1Error:
-    """Return the failure of a server whose answers are not those of ROS 1."""
+    """Return the error for a server that does not answer as ROS 1 does."""
     kind = 'master' if step is Step.MASTER else 'node'
     reason = ': '.join(filter(None, (type(error).__name__, ' '.join(str(error).split())[:100])))
     return Ros1Error(step, f'{server.uri} is not a ROS 1 {kind} ({reason})',
@@ -88,7 +88,7 @@ def not_ros(server: Endpoint, step: Step, error: Exception) -> Ros1Error:
 
 
 def texts(value: Any) -> tuple[str, ...]:
-    """Return a list of texts as a tuple; raise Malformed if it is anything else."""
+    """Return a list of strings as a tuple; raise Malformed if it is anything else."""
     if not isinstance(value, (list, tuple)) or not all(isinstance(item, str) for item in value):
-        raise Malformed('expected a list of texts')
+        raise Malformed('expected a list of strings')
     return tuple(value)

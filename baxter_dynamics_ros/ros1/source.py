@@ -1,34 +1,32 @@
-"""Messages of one publisher of one topic: which are new, how many are lost, how late they are."""
+"""Statistics of one publisher's messages: lost, repeated, rate and jitter."""
 
 import math
 
 from .clock import ClockOffset
 from .joint_state import JointState
 
-_HALF = 2 ** 31  # of the numbers that a message may have
+_HALF = 2 ** 31  # half the range of sequence numbers
 
 
 class Source:
     """
-    Counts the messages of one publisher, through all of its connections.
+    Statistics of one publisher's messages, across reconnections.
 
     Parameters
     ----------
     publisher : str
-        Its name.
+        Name of the publisher.
 
     Attributes
     ----------
     clock : ClockOffset
-        Of the publisher's machine.
+        Offset of the publisher's clock.
     received, lost, repeated : int
-        Messages that were taken; that are missing in the sequence of the publisher's numbers; and
-        that came a second time and were dropped.
+        Number of messages received, missing in the sequence numbers, and dropped as repeated.
     arrival_ns : int
-        When the last one was taken, by this machine's clock [ns].
+        Time of arrival of the last message, by this machine's clock [ns].
     rate, jitter : float
-        Of the period that was closed last: messages a second [Hz], and standard deviation of
-        their lateness [s].
+        Message rate [Hz] and standard deviation of the delay [s] over the last period.
 
     """
 
@@ -40,20 +38,20 @@ class Source:
         self.rate = self.jitter = 0.0
         self._uri = ''
         self._seq = self._stamp_ns = 0
-        self._count, self._sum, self._square = 0, 0.0, 0.0  # lateness of this period [s]
+        self._count, self._sum, self._square = 0, 0.0, 0.0  # delays in this period [s]
 
     def take(self, uri: str, state: JointState, arrival_ns: int) -> bool:
         """
-        Take a message, and return whether it is new.
+        Count a message and return whether it is new.
 
         Parameters
         ----------
         uri : str
-            Of the publisher; its numbers begin anew with another.
+            URI of the publisher; its sequence numbers restart when this changes.
         state : JointState
             The message.
         arrival_ns : int
-            When it arrived, by this machine's clock [ns].
+            Time of arrival, by this machine's clock [ns].
 
         """
         if uri == self._uri:
@@ -74,7 +72,7 @@ class Source:
         return True
 
     def close_period(self, seconds: float) -> None:
-        """Begin a new period; the last took ``seconds`` [s]."""
+        """Compute rate and jitter of a period of ``seconds`` [s] and start the next."""
         count, mean = self._count, self._sum / max(self._count, 1)
         self.rate = count / seconds
         self.jitter = math.sqrt(max(self._square / max(count, 1) - mean * mean, 0.0))

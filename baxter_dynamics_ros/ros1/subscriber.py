@@ -1,4 +1,4 @@
-"""Subscriptions on a ROS 1 master: every publisher of every topic, for as long as it runs."""
+"""Subscriber to topics of a ROS 1 robot, connected to every publisher of each topic."""
 
 from collections.abc import Callable, Iterable
 import os
@@ -14,46 +14,48 @@ from .master import Master
 from .network import is_loopback, resolve
 from .source import Source
 
-PERIOD = 1.0  # [s] between two looks at the master
-PATIENCE = 5.0  # [s] between two registrations because a publisher cannot be reached
-SILENCE = 2.0  # [s] without a message are a problem
-MAX_PUBLISHERS = 64  # of a topic
+PERIOD = 1.0  # [s], between polls of the master
+PATIENCE = 5.0  # [s], between registrations while a publisher cannot be reached
+SILENCE = 2.0  # [s] without a message before the topic is reported as silent
+MAX_PUBLISHERS = 64  # per topic
 
 OnMessage = Callable[[str, Source, JointState, int], None]
 
 
 class Subscriber:
     """
-    Receives topics of ``sensor_msgs/JointState`` from all of their publishers.
+    Subscriber to topics of ``sensor_msgs/JointState``.
 
-    A thread looks at the master once a second: where it has forgotten this node, or the
-    publishers are others, it registers again. Between two looks the master calls back.
+    A thread polls the master once a second. It registers again when the master has restarted, and
+    when the publishers of a topic have changed. Between polls, the master calls back.
 
     Parameters
     ----------
     master_uri : str
-        Such as ``http://011303P0017.local:11311``.
+        URI of the master, such as ``http://011303P0017.local:11311``.
     topics : iterable of str
         Names of the topics.
     on_message : callable
-        Called with topic, :class:`Source`, :class:`JointState` and the time of arrival [ns], by
-        one thread a publisher.
+        Called with topic, :class:`Source`, :class:`JointState` and time of arrival [ns], from
+        one thread per publisher.
     log : callable
-        Called with a line for the user.
+        Called with each log line.
+    name : str
+        Prefix of this node's name, which must be unique on the master.
 
     Attributes
     ----------
     master : Master
-        The client of the master.
+        Client of the master.
     name : str
-        Name of this node at the master.
+        Name of this node on the master.
     problem : Ros1Error or None
-        Why the master cannot be used.
+        The failure of the last poll of the master.
 
     Raises
     ------
     Ros1Error
-        If the URI is not one.
+        If the URI is malformed.
 
     """
 
@@ -68,22 +70,22 @@ class Subscriber:
         self._lock = threading.Lock()
         self._connections: dict[tuple[str, str], Connection] = {}
         self._sources: dict[tuple[str, str], Source] = {}
-        self._reconnections = self._malformed = 0  # of connections that were given up
-        self._substituted: dict[str, str] = {}  # host -> the master's address
-        self._seen: dict[str, tuple[str, ...]] = {}  # topic -> names of its publishers
-        self._registered: dict[str, float] = {}  # topic -> when, monotonic time [s]
-        self._api = ''
-        self._asked = float('inf')  # when the master was made to call, monotonic time [s]
+        self._reconnections = self._malformed = 0  # of closed connections
+        self._substituted: dict[str, str] = {}  # hosts replaced by the master's address
+        self._publishers: dict[str, tuple[str, ...]] = {}  # topic -> names at the registration
+        self._registered: dict[str, float] = {}  # topic -> monotonic time [s]
+        self._api = ''  # URI of this node's callback server
+        self._probed = float('inf')  # monotonic time of the reachability probe [s]
         self._callbacks = CallbackServer(self._on_update)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True, name='ros1 master')
 
     def start(self) -> None:
-        """Begin to subscribe."""
+        """Start polling the master."""
         self._thread.start()
 
     def stop(self) -> None:
-        """End all connections and unregister; a second call does nothing."""
+        """Close all connections and unregister; further calls do nothing."""
         if self._ended.is_set():
             return
         self._ended.set()
@@ -97,21 +99,21 @@ class Subscriber:
             for topic in list(self._registered):
                 self.master.unregister(topic, self._api)
         except Ros1Error:
-            pass  # there is no master that would remember
+            pass  # the master is gone, and the registration with it
         self._callbacks.close()
 
     def connections(self, topic: str) -> list[Connection]:
         """Return the connections to a topic's publishers."""
         with self._lock:
-            return [each for (of, _), each in self._connections.items() if of == topic]
+            return [each for key, each in self._connections.items() if key[0] == topic]
 
     def sources(self, topic: str) -> list[Source]:
-        """Return what is known of each publisher that has ever sent on a topic."""
+        """Return the statistics of every publisher that has sent on a topic."""
         with self._lock:
-            return [source for (of, _), source in self._sources.items() if of == topic]
+            return [each for key, each in self._sources.items() if key[0] == topic]
 
     def problems(self, topic: str) -> list[Ros1Error]:
-        """Return what stands between a topic and its messages, the most important first."""
+        """Return the reasons why messages of a topic do not arrive, most important first."""
         if self.problem is not None:
             return [self.problem]
         connections = self.connections(topic)
@@ -123,7 +125,7 @@ class Subscriber:
             found.append(Ros1Error(
                 Step.ADDRESS, f'the master does not reach this machine at {self._api}',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
-                'firewall; new publishers are found later without'))
+                'firewall; until then, new publishers are found later'))
         if any(each.connected and time.monotonic() - each.since > SILENCE
                for each in connections) and self.silent_for(topic) > SILENCE:
             found.append(Ros1Error(
@@ -132,7 +134,7 @@ class Subscriber:
         return found
 
     def silent_for(self, topic: str) -> float:
-        """Return the time since the last message of a topic [s]; infinite if there was none."""
+        """Return the time since the last message of a topic [s], infinite before the first."""
         latest = max((source.arrival_ns for source in self.sources(topic)), default=0)
         return (time.time_ns() - latest) * 1e-9 if latest else float('inf')
 
@@ -144,29 +146,29 @@ class Subscriber:
 
     @property
     def reconnections(self) -> int:
-        """Return the number of connections beyond the first to each publisher."""
+        """Return the number of connections after the first to each publisher."""
         with self._lock:
             return self._reconnections + sum(
                 max(each.connections - 1, 0) for each in self._connections.values())
 
     @property
     def is_called(self) -> bool | None:
-        """Whether calls of the master reach this machine; None while that is not known."""
+        """Return whether the master can call this node back; None until the probe has ended."""
         if self._callbacks.called.is_set():
             return True
-        return False if time.monotonic() - self._asked > SILENCE else None
+        return False if time.monotonic() - self._probed > SILENCE else None
 
     def _run(self) -> None:
         while not self._ended.is_set():
             try:
-                self._look()
+                self._poll()
                 self.problem = None
             except Ros1Error as error:
                 self.problem = error
             self._ended.wait(PERIOD)
 
-    def _look(self) -> None:
-        """Register where the master does not know this node, or publishers have changed."""
+    def _poll(self) -> None:
+        """Register topics that the master has forgotten, and whose publishers have changed."""
         api = f'http://{self.master.locate()}:{self._callbacks.port}/'
         moved, self._api = api != self._api, api
         state = self.master.system_state()
@@ -176,38 +178,40 @@ class Subscriber:
             overdue = (connected < len(names)
                        and time.monotonic() - self._registered.get(topic, 0.0) > PATIENCE)
             known = not moved and self.name in state.subscribers.get(topic, ())
-            if overdue or not known or names != self._seen.get(topic):
+            if overdue or not known or names != self._publishers.get(topic):
                 if self._ended.is_set():
                     return
                 self._registered[topic] = time.monotonic()
                 if not known and topic == self.topics[0]:
-                    self._ask_for_call(topic)
-                self._set(topic, self.master.register(topic, api))
-                self._seen[topic] = names
+                    self._probe_callback(topic)
+                self._connect(topic, self.master.register(topic, api))
+                self._publishers[topic] = names
 
-    def _ask_for_call(self, topic: str) -> None:
+    def _probe_callback(self, topic: str) -> None:
         """
-        Register under another spelling of this node's address, just before the right one.
+        Make the master call this node, to find out whether it can.
 
-        A master then tells the first address that it is no longer used: so a call that does not
-        come shows that this machine cannot be reached, before a publisher changes.
+        This registers a second spelling of the callback URI. When the right one is registered
+        next, a master calls ``shutdown`` on the first, because one name belongs to one node.
         """
         self._callbacks.called.clear()
-        self._asked = time.monotonic()
+        self._probed = time.monotonic()
         self.master.register(topic, self._api + 'RPC2')
 
     def _on_update(self, topic: str, uris: tuple[str, ...]) -> None:
-        """Take the publishers of a topic, as the master's call gives them."""
+        """Connect to the publishers that the master announces."""
         if topic in self.topics:
-            self._set(topic, uris)
+            self._connect(topic, uris)
 
-    def _set(self, topic: str, uris: tuple[str, ...]) -> None:
-        """Connect to these publishers and to no others."""
+    def _connect(self, topic: str, uris: tuple[str, ...]) -> None:
+        """Connect to exactly these publishers of a topic."""
         wanted = {(topic, uri) for uri in uris[:MAX_PUBLISHERS]}
         with self._lock:
             if self._ended.is_set():
                 return
-            for key in [key for key in self._connections if key[0] == topic and key not in wanted]:
+            for key in self._connections.keys() - wanted:
+                if key[0] != topic:
+                    continue
                 connection = self._connections.pop(key)
                 connection.stop()
                 self._malformed += connection.malformed
@@ -216,7 +220,7 @@ class Subscriber:
                 self._connections[key] = Connection(*key, self.name, self._address, self._deliver)
 
     def _address(self, host: str) -> str:
-        """Return the address of a publisher's host: the master's where the name is of no use."""
+        """Return the address of a host, or the master's where the name leads nowhere."""
         master = self.master.address
         if self._substituted.get(host.lower()) == master:
             return master

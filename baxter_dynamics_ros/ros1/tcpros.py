@@ -1,4 +1,4 @@
-"""TCPROS: a publisher's stream of messages over TCP."""
+"""TCPROS client: the messages of one publisher over TCP."""
 
 import socket
 import struct
@@ -9,21 +9,21 @@ from .errors import Malformed, Ros1Error, Step
 from .network import connect, keep_alive
 
 MAX_HEADER = 64 * 1024  # [bytes]
-MAX_MESSAGE = 1024 * 1024  # [bytes]; a Baxter's joint state has 0.7 kB
+MAX_MESSAGE = 1024 * 1024  # [bytes]; a joint state of Baxter has 0.7 kB
 
 
 class Stream:
     """
-    Messages of one publisher, as bytes; a context manager that closes the connection.
+    TCP stream of serialised messages; a context manager that closes the connection.
 
     Parameters
     ----------
     address : str
-        Of the publisher's host.
+        Address of the publisher's host.
     port : int
-        As the publisher's answer to ``requestTopic`` names it.
+        Port in the publisher's answer to ``requestTopic``.
     topic, caller_id : str
-        The topic, and the name of this node.
+        Topic and name of this node.
 
     Attributes
     ----------
@@ -35,17 +35,17 @@ class Stream:
     Ros1Error
         If the connection fails, or the publisher refuses or has another type.
     Malformed
-        If the publisher's header is not one.
+        If the publisher's header is malformed.
 
     """
 
     def __init__(self, address: str, port: int, topic: str, caller_id: str) -> None:
         self._socket = connect(address, port)
-        # Buffered: of messages that wait, all are received by one call.
+        # Buffered: one system call receives all waiting messages.
         self._file = self._socket.makefile('rb', 8192)
         try:
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            # Any type: the answer then names the publisher's, where it is not ours.
+            # Any type, so that the answer names the type of the publisher.
             self._socket.sendall(encode_header({
                 'callerid': caller_id, 'topic': topic, 'type': '*', 'md5sum': '*',
                 'tcp_nodelay': '1'}))
@@ -72,11 +72,11 @@ class Stream:
         self._socket.close()
 
     def interrupt(self) -> None:
-        """End a read that waits in another thread."""
+        """Make a blocking read in another thread return."""
         try:
             self._socket.shutdown(socket.SHUT_RDWR)
         except OSError:
-            pass  # the peer was faster
+            pass  # closed already
 
     def read(self) -> bytes:
         """
@@ -87,7 +87,7 @@ class Stream:
         EOFError, OSError
             If the connection has ended.
         Malformed
-            If the length is not that of a message.
+            If the message is longer than MAX_MESSAGE.
 
         """
         return self._frame(MAX_MESSAGE)
@@ -95,7 +95,7 @@ class Stream:
     def _frame(self, most: int) -> bytes:
         length, = struct.unpack('<I', self._exactly(4))
         if length > most:
-            raise Malformed(f'a length of {length} bytes, {most} at most')
+            raise Malformed(f'length of {length} bytes exceeds {most}')
         return self._exactly(length)
 
     def _exactly(self, count: int) -> bytes:
@@ -106,7 +106,7 @@ class Stream:
 
 
 def encode_header(fields: dict[str, str]) -> bytes:
-    """Return a connection header with its length."""
+    """Return a connection header, preceded by its length."""
     parts = [f'{key}={value}'.encode() for key, value in fields.items()]
     body = b''.join(struct.pack('<I', len(part)) + part for part in parts)
     return struct.pack('<I', len(body)) + body
@@ -114,12 +114,12 @@ def encode_header(fields: dict[str, str]) -> bytes:
 
 def decode_header(body: bytes) -> dict[str, str]:
     """
-    Return the fields of a connection header, without its length.
+    Return the fields of a connection header.
 
     Raises
     ------
     Malformed
-        If the bytes are not a header.
+        If a field is malformed.
 
     """
     fields, at = {}, 0
@@ -127,10 +127,10 @@ def decode_header(body: bytes) -> dict[str, str]:
         length = int.from_bytes(body[at:at + 4], 'little')
         at += 4
         if length > len(body) - at:
-            raise Malformed('a header field longer than the header')
+            raise Malformed('header field longer than the header')
         key, separator, value = body[at:at + length].partition(b'=')
         if not separator:
-            raise Malformed('a header field without "="')
+            raise Malformed('header field without "="')
         fields[key.decode(errors='replace')] = value.decode(errors='replace')
         at += length
     return fields

@@ -75,11 +75,11 @@ def test_only_what_is_asked_for_beginning_with_a_file(command, make_bag, moving_
 
 
 @pytest.mark.parametrize('arguments, line', [
-    ([], 'name at least one recording, or --plan for how to make one'),
+    ([], 'expected a recording, or --plan to make one'),
     (['run', '--plan'], '--plan takes no recordings'),
-    (['--plan', '--output', 'file'], '--output: {tmp}/file cannot be a folder (File exists)'),
-    (['run', '--output', 'robot.txt'], '--output: expected a .yaml file, got robot.txt'),
-    (['run', '--output', 'robot'], '--output: expected a .yaml file, got robot'),
+    (['--plan', '--output', 'file'], '--output: {tmp}/file cannot be created (File exists)'),
+    (['run', '--output', 'robot.txt'], '--output: expected a name ending in .yaml or .yml, got robot.txt'),
+    (['run', '--output', 'robot'], '--output: expected a name ending in .yaml or .yml, got robot'),
     (['run', '--output', 'none/r.yaml'], '--output: no folder {tmp}/none'),
     (['run', '--output', 'file/r.yaml'], '--output: no folder {tmp}/file'),
     (['run', '--output', 'taken.yaml'], '--output: {tmp}/taken.yaml is a folder'),
@@ -108,7 +108,7 @@ def test_what_is_refused_is_one_line_and_nothing_is_written(
     (1200, {'effort': ()}, '1200 of 1200 joint states have no valid effort ('),
     (1200, {'velocity': np.zeros(7), 'position': np.full(7, 0.5)},
      'no joint moves faster than 0.000 rad/s: record a motion that turns every joint round'),
-    (1200, {'effort': np.full(7, np.nan)}, 'no valid joint states of the arm'),
+    (1200, {'effort': np.full(7, np.nan)}, '1200 of 1200 joint states have no valid effort ('),
     (1200, {'names': [name.replace('right', 'middle') for name in joint_names('right')]},
      'run: /robot/joint_states has no joints of an arm, only middle_e0'),
     (1200, {'names': [*joint_names('right')[:6], 'right_w3']}, 'no valid joint states of the arm'),

@@ -92,12 +92,12 @@ def test_no_command_ends_a_comment(command, here):
 
 
 @pytest.mark.parametrize('arguments, problem', [
-    ((), 'name a language or --base-parameters, one of the two'),
-    (('c', '--base-parameters'), 'name a language or --base-parameters, one of the two'),
+    ((), 'expected either a language or --base-parameters'),
+    (('c', '--base-parameters'), 'expected either a language or --base-parameters'),
     (('--base-parameters', '-o', 'x'), '--base-parameters prints a table'),
-    (('c', '-o', 'my.c'), '--output: there are 3 files: name a folder'),
+    (('c', '-o', 'my.c'), '--output: expected a folder for 3 files'),
     (('c', '--params', 'none.yaml'), 'none.yaml'),
-    (('c', '-o', 'theirs.txt'), 'theirs.txt is no folder'),
+    (('c', '-o', 'theirs.txt'), 'theirs.txt is not a folder'),
     (('python', '-o', 'theirs.py'), 'theirs.py exists and was not written by an export'),
     (('c', '-o', 'theirs'), 'theirs/example.c exists and was not written by an export'),
 ], ids=lambda value: ' '.join(value) if isinstance(value, tuple) else '')

@@ -215,16 +215,6 @@ def test_derivatives_agree_with_the_coriolis_matrix(arm, random_states):
     np.testing.assert_allclose(arm.inverse_dynamics_gradient(q, qd, qdd)[1], 2 * coriolis, **EXACT)
 
 
-def test_christoffel_symbols_are_those_of_the_mass_matrix(arm, random_states):
-    q, _, _ = random_states(20)
-    step = 1e-3
-    slope = np.stack([(8 * (arm.mass_matrix(q + d) - arm.mass_matrix(q - d))
-                       - (arm.mass_matrix(q + 2 * d) - arm.mass_matrix(q - 2 * d))) / (12 * step)
-                      for d in step * np.eye(7)], -1)  # dM_ik/dq_m
-    expected = (slope + slope.swapaxes(-1, -2) - np.moveaxis(slope, -1, -3)) / 2
-    np.testing.assert_allclose(arm.christoffel_symbols(q), expected, rtol=0.0, atol=1e-9)
-
-
 def test_momentum_and_torque_terms(arm, random_states):
     q, qd, qdd = random_states(50)
     momentum, transposed, gravity = arm.momentum_terms(q, qd)

@@ -39,25 +39,6 @@ def test_turns_of_the_frames_are_those_of_table_ii():
     np.testing.assert_allclose(np.array(frames._ALPHA) * np.pi / 2, alpha)
 
 
-def test_terms_on_arrays(formulation, composite, random_states):
-    q, qd, _ = random_states(100)
-    f = formulation(q)
-    mass, coriolis, gravity = composite.terms(q, qd)
-    np.testing.assert_allclose(stacked(f.mass_matrix()), mass, **EXACT)
-    np.testing.assert_allclose(stacked(f.coriolis_matrix(qd.T)), coriolis, **EXACT)
-    np.testing.assert_allclose(stacked(f.gravity()), gravity, **EXACT)
-
-
-def test_torques_on_arrays(formulation, composite, random_states):
-    q, qd, qdd = random_states(100)
-    f, tau = formulation(q), composite.inverse_dynamics(q, qd, qdd)
-    np.testing.assert_allclose(stacked(f.inverse_dynamics(qd.T, qdd.T)), tau, **EXACT)
-    np.testing.assert_allclose(stacked(f.forward_dynamics(qd.T, tau.T)), qdd, rtol=0, atol=1e-8)
-    coriolis = composite.coriolis_matrix(q, qd)
-    np.testing.assert_allclose(stacked(f.coriolis_torque(qd.T)),
-                               (coriolis @ qd[..., None])[..., 0], **EXACT)
-
-
 def test_everything_on_floats(arm, formulation, composite, random_states):
     for q, qd, qdd in zip(*random_states(5)):
         f, (vd, ad) = formulation(q), (qd.tolist(), qdd.tolist())

@@ -127,14 +127,3 @@ def test_settling_time(cutoff):
     u[0] = 1.0
     value, _ = run(u, np.diff(t), cutoff)
     assert np.abs(value[t >= settling_time]).max() < one_percent
-
-
-def test_reset_forgets():
-    filter_ = ButterworthDerivative(CUTOFF)
-    filter_.reset(np.zeros(7))
-    filter_.update(np.ones(7), 0.01)
-    filter_.reset(np.full(7, 2.0))
-    np.testing.assert_array_equal(filter_.value, np.full(7, 2.0))
-    np.testing.assert_array_equal(filter_.derivative, np.zeros(7))
-    filter_.update(np.full(7, 2.0), 0.01)
-    np.testing.assert_array_equal(filter_.derivative, np.zeros(7))

@@ -189,14 +189,6 @@ def test_a_stray_message_every_0_4_s_costs_no_more_than_itself(others):
     assert predictor.counts[Event.UNCONFIRMED] == 10
 
 
-def test_a_weak_push_is_still_contact_after_a_gap():
-    settings = PredictorSettings()
-    messages = measured(settings, 3.0, external=0.5 * PUSH)  # within contact.limit
-    _, externals = play(settings.predictor(external=True), messages[:130] + messages[160:])
-    contact = [external.contact for external in externals if external is not None]
-    assert False not in contact[115:] and all(contact[-80:])
-
-
 @pytest.mark.parametrize('rate', [10.0, 5.0])
 def test_no_contact_is_reported_at_a_rate_too_low_for_it(rate):
     settings = PredictorSettings()
@@ -225,23 +217,6 @@ def test_without_velocity_it_uses_the_slope_of_the_positions():
     _, externals = play(
         settings.predictor(external=True), measured(settings, external=PUSH, velocity=False))
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.1)
-
-
-def test_it_is_not_asked_for_unless_wanted():
-    predictor = PredictorSettings().predictor()
-    assert predictor.external is None
-    assert 'external' not in predictor.counts
-
-
-def test_settings_of_contact_leave_external_effort_as_it_is():
-    settings = PredictorSettings()
-    messages = measured(settings, external=PUSH)
-    changed, left_alone = (settings.predictor(external=True) for _ in range(2))
-    play(changed, messages[:250])
-    PredictorSettings({'contact.hysteresis': 0.6}).configure(changed, settings)
-    _, externals = play(changed, messages[250:])
-    _, expected = play(left_alone, messages)
-    np.testing.assert_array_equal(efforts(externals), efforts(expected[250:]))
 
 
 def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():

@@ -38,16 +38,6 @@ def test_picks_the_joints_by_name(side, arrange):
         np.testing.assert_array_equal(read, wanted[field])
 
 
-def test_reading_does_not_alias_the_message(selector):
-    names = joint_names('right')
-    message = values(names)
-    read = selector.read(names, **message)
-    for field in FIELDS:
-        message[field][:] = -1.0
-    for array, field in zip(read, FIELDS):
-        np.testing.assert_array_equal(array, values(names)[field])
-
-
 @pytest.mark.parametrize('missing', [('velocity',), ('effort',), ('velocity', 'effort')])
 def test_missing_velocity_and_effort_are_none(selector, missing):
     read = dict(zip(FIELDS, selector.read(SDK, **(values(SDK) | {f: EMPTY for f in missing}))))
@@ -72,13 +62,6 @@ def test_missing_velocity_and_effort_are_none(selector, missing):
         'eight joints', 'one for another'])
 def test_refuses_names(selector, names, event):
     assert selector.read(names, **values(names)) is event
-
-
-@pytest.mark.parametrize('names', [SDK + ('left_e1', 'head_pan'), joint_names('right') + GRIPPER],
-                         ids=['twice', 'gripper'])
-def test_other_joints_do_not_matter(selector, names):
-    q, _, _ = selector.read(names, **values(names))
-    np.testing.assert_array_equal(q, values(joint_names('right'))['position'])
 
 
 @pytest.mark.parametrize('field', FIELDS)

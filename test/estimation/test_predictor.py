@@ -6,7 +6,6 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import perfect_robot
-from perfect_robot import trajectory
 import pytest
 
 MS = 1_000_000  # [ns]

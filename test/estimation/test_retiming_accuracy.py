@@ -9,7 +9,7 @@ from baxter_dynamics_ros.simulation.sensors import Sensors
 import numpy as np
 import pytest
 
-RATES = [38.0, 50.0, 100.0, 400.0, 1000.0]
+RATES = [38.0, 100.0, 1000.0]
 
 _DRAW = np.random.default_rng(1)
 _AMPLITUDE = _DRAW.uniform(0.05, 0.2, (3, 7))  # [rad]
@@ -51,7 +51,7 @@ def acceleration_error(rate, stamps, since):
     return np.sqrt(np.mean(np.square(errors)))
 
 
-@pytest.mark.parametrize('rate', [50.0, 100.0, 500.0])
+@pytest.mark.parametrize('rate', [50.0, 500.0])
 @pytest.mark.parametrize('pattern', PATTERNS)
 def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
     robots = made(rate, 12.0)
@@ -64,19 +64,6 @@ def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
           f'{with_retimed / with_robots:.3f} times')
     assert with_arrivals > 3 * with_robots
     assert with_retimed < 1.05 * with_robots
-
-
-@pytest.mark.parametrize('pattern', PATTERNS)
-def test_acceleration_soon_after_the_lock(pattern):
-    robots = made(100.0, 12.0)
-    ratios = []
-    for seed in range(5):
-        out, _ = run(Retiming('arrival'), pattern(robots, seed))
-        out[400:] = np.nan
-        ratios.append(acceleration_error(100.0, out, since=0.0)
-                      / acceleration_error(100.0, robots[:400], since=1.2))
-    print(f'{pattern.__name__}, the first 3 s: {np.mean(ratios):.2f}, at most {max(ratios):.2f}')
-    assert max(ratios) < 1.5
 
 
 @pytest.mark.parametrize('rate', RATES)
@@ -99,17 +86,11 @@ def test_lag_and_evenness(pattern, rate):
     assert increases(out, restarted) and retiming.resyncs == 0
 
 
-def test_even_stamps_stay_what_they_are():
-    t = made(100.0, 20.0)
-    out, _ = run(Retiming('arrival'), t)
-    assert np.nanmax(np.abs(out - t)) < 5 * JITTER
-
-
 @pytest.mark.parametrize('rate', RATES)
 @pytest.mark.parametrize('pattern', PATTERNS)
 def test_locked_after_a_second(pattern, rate):
     errors = []
-    for seed in range(10):
+    for seed in range(4):
         t = made(rate, 1.2, seed)
         retiming = Retiming('arrival')
         first = np.flatnonzero(np.isfinite(run(retiming, pattern(t, seed))[0]))[0]

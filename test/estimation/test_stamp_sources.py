@@ -59,10 +59,11 @@ def test_receipt_is_used_where_stamps_stand_still(stamps):
     assert chosen[-1].stamp_ns == pytest.approx(predictions[-1].stamp_ns, abs=2e6)
 
 
-@pytest.mark.parametrize('stamps', USELESS.values(), ids=USELESS.keys())
-@pytest.mark.parametrize('velocity', [True, False])
-@pytest.mark.parametrize('mode', ['auto', 'header', 'receipt'])
-def test_every_message_is_counted(stamps, velocity, mode):
+@pytest.mark.parametrize('name', ['stand still', '+100 ns'])
+@pytest.mark.parametrize('velocity, mode', [(True, 'auto'), (False, 'auto'), (True, 'header'),
+                                            (False, 'receipt')])
+def test_every_message_is_counted(name, velocity, mode):
+    stamps = USELESS[name]
     rows = ROWS if velocity else [(q, np.empty(0), effort) for q, _, effort in ROWS]
     predictor, predictions = play(stamps, mode, rows)
     counts = predictor.counts
@@ -71,7 +72,7 @@ def test_every_message_is_counted(stamps, velocity, mode):
     if mode == 'receipt':
         settling = counts['taken'] - counts['predicted'] - counts[Event.AWAITING_PERIOD]
         assert settling in (21, 22)
-    if mode == 'header' and stamps[0]:
+    if mode == 'header':
         assert counts[Event.REPEATED_STAMP] > 0.9 * len(T)
 
 
@@ -115,7 +116,7 @@ def test_even_steps_restore_trust_in_header_stamps(wrong):
 
 def test_a_burst_of_stray_messages_is_forgotten():
     """Four stray messages in 0.6 ms, and from then on 5 % of the messages are lost."""
-    t = np.arange(0.0, 60.0, 0.01)
+    t = np.arange(0.0, 30.0, 0.01)
     rows = list(zip(*measured(PredictorSettings(), t)))
     stamps = nanoseconds(t)
     kept = np.random.default_rng(1).uniform(size=len(t)) > 0.05
@@ -126,15 +127,15 @@ def test_a_burst_of_stray_messages_is_forgotten():
     figures = []
     for messages in (clean, clean[:201] + burst + clean[201:]):
         predictor = PredictorSettings().predictor()
-        predictions = [predictor.handle(int(stamp), RIGHT, *row) for stamp, row in messages]
-        figures.append(rms([p for p in predictions if p is not None], 4000))
+        predictions = [predictor.handle(int(stamp), RIGHT, *row).prediction
+                       for stamp, row in messages]
+        figures.append(rms([p for p in predictions if p is not None], 1000))
     print(f'RMS of s0 without and with a burst: {figures[0]:.4f}, {figures[1]:.4f} N m')
     assert predictor.counts[Event.RESET_STAMP_SOURCE] == 2  # to arrival and back
     assert figures[1] == pytest.approx(figures[0], rel=1e-6)
 
 
-@pytest.mark.parametrize('mode', ['auto', 'header'])
-@pytest.mark.parametrize('step', [0, 1, 100])
+@pytest.mark.parametrize('mode, step', [('auto', 0), ('header', 1)])
 def test_memory_does_not_grow(mode, step):
     predictor = PredictorSettings({'stamps': mode}).predictor(external=True)
     random = np.random.default_rng(0)

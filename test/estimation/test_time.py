@@ -30,7 +30,7 @@ def jumped(stamps, at, by):
 
 # ---- what instant a prediction is for
 
-@pytest.mark.parametrize('rate', [50.0, 100.0, 400.0])
+@pytest.mark.parametrize('rate', [50.0, 400.0])
 def test_stamps_of_the_robot_say_the_instant(rate):
     t = np.arange(int(1.5 * rate)) / rate
     run = play(robot(t, t), 'auto')
@@ -42,7 +42,7 @@ def test_stamps_of_the_robot_say_the_instant(rate):
                                atol=1e-8)
 
 
-@pytest.mark.parametrize('rate', [50.0, 100.0, 400.0])
+@pytest.mark.parametrize('rate', [50.0, 400.0])
 def test_re_timed_stamps_say_it_but_for_what_messages_are_on_their_way(rate):
     t = np.arange(int(3.5 * rate)) / rate
     arrivals = bursts(t)
@@ -168,13 +168,6 @@ def test_a_pause_in_which_sensors_go_on_is_taken_for_arrivals():
     assert_right(run.since(401))  # the stamps are even: re-timing leaves them as they are
 
 
-def test_arrivals_pause_for_seconds():
-    messages = robot(T, jumped(ARRIVALS, 300, 3.0))
-    run = play(messages, 'arrival')
-    assert run.counts() == {Event.RESET_GAP: 1, Event.RESET_RESYNC: 1, Event.UNCONFIRMED: 1}
-    assert_same(run.since(301), play(messages[301:], 'arrival'))
-
-
 # ---- another rate
 
 FASTER = np.concatenate([np.arange(200) * 0.01, 2.0 + np.arange(800) * 0.0025])  # [s]
@@ -244,14 +237,6 @@ def test_two_publishers_of_the_arm_at_stamps_between_each_other():
     assert_right(run.since(300), late=LATE)
 
 
-def test_two_publishers_of_the_arm_in_the_wrong_order():
-    t = np.stack([T[:200] + 0.003, T[:200]], axis=1).ravel()
-    run = play(robot(t, t), 'auto')
-    assert run.counts() == {Event.OUT_OF_ORDER: 200}  # each second one; never five in a row
-    assert_same(Run(None, *({i // 2: made for i, made in of.items()} for of in run[1:])),
-                play(robot(t[::2], t[::2]), 'auto'))
-
-
 def test_two_publishers_closer_than_any_robot_are_taken_for_arrivals():
     t = np.sort(np.concatenate([T[:300], T[:300] + 0.0004]))
     run = play(robot(t, t), 'auto')
@@ -261,8 +246,8 @@ def test_two_publishers_closer_than_any_robot_are_taken_for_arrivals():
 
 # ---- lost messages
 
-@pytest.mark.parametrize('share, most', [(0.01, 0.3), (0.05, 0.6)], ids=['1 % lost', '5 % lost'])
-def test_messages_lost_while_re_timed_cost_a_bounded_error(share, most):
+def test_messages_lost_while_re_timed_cost_a_bounded_error():
+    share, most = 0.05, 0.6  # of the messages; [N m]
     t = np.arange(1000) * 0.01
     kept = np.random.default_rng(1).uniform(size=len(t)) >= share
     run = play(robot(t[kept], bursts(t)[kept]), 'arrival')

@@ -16,7 +16,7 @@ from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 import numpy as np
 import pytest
 
-STRICT = '-std=c99 -Wall -Wextra -pedantic -Wconversion -Werror -O1'.split()
+STRICT = '-std=c99 -Wall -Wextra -pedantic -Wconversion -Werror -O0'.split()
 GUARD = 1234.5
 
 

@@ -2,7 +2,6 @@
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros.model import base_parameters
-from baxter_dynamics_ros.model.parameters import paper_parameters
 import numpy as np
 import pytest
 
@@ -41,16 +40,6 @@ def test_no_regressor_of_all_ten_parameters_sees_more(arm, random_states):
     np.testing.assert_allclose(theirs @ solution, ours, rtol=0.0, atol=1e-9)
 
 
-def test_base_parameters_are_linear_in_the_pseudo_inertia(rng):
-    parameters = paper_parameters()
-    x, y = rng.normal(size=(2, 7, 4, 4))
-    x, y = x + x.swapaxes(-1, -2), y + y.swapaxes(-1, -2)
-    phi = [base_parameters.base_parameters(parameters, j) for j in (x, y, 2 * x - 3 * y)]
-    np.testing.assert_allclose(2 * phi[0] - 3 * phi[1], phi[2], rtol=0.0, atol=1e-12)
-    stacked = base_parameters.base_parameters(parameters, np.stack([x, y]))
-    np.testing.assert_allclose(stacked, np.stack(phi[:2]), **EXACT)
-
-
 @pytest.mark.parametrize('link', range(1, 7))
 def test_mass_on_a_joints_axis_belongs_to_the_link_before(link):
     # A point mass on the axis of joint link + 1, as part of one link or of the other.
@@ -65,19 +54,6 @@ def test_mass_on_a_joints_axis_belongs_to_the_link_before(link):
         moved.append(base_parameters.base_parameters(arm.parameters, pseudo))
     np.testing.assert_allclose(moved[0], moved[1], **EXACT)
     assert np.abs(moved[0] - arm.closed_form_parameters[:45]).max() > 1e-3 or link == 1
-
-
-def test_names_are_one_for_each():
-    assert len(base_parameters.NAMES) == 43 == len(set(base_parameters.NAMES))
-    assert base_parameters.TILTED_NAMES[:43] == base_parameters.NAMES
-    assert len(base_parameters.TILTED_NAMES) == 45
-
-
-def test_the_first_is_the_inertia_about_the_first_axis():
-    # At any pose M_11 contains it with factor one.
-    arm = BaxterArm()
-    y = arm.regressor(np.zeros(7), np.zeros(7), np.eye(7)[0])
-    assert y[0, 0] == 1.0 and not y[1:, 0].any()
 
 
 def test_base_parameters_are_read_only():

@@ -54,14 +54,6 @@ def test_spring_is_that_of_an_independent_study():
     assert np.sqrt(np.mean(difference ** 2)) < 0.6
 
 
-def test_every_coefficient_has_its_function():
-    q = np.linspace(LOWER, UPPER, 59)
-    functions = (np.ones_like(q), np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q))
-    for unit, function in zip(np.eye(5), functions):
-        spring = EffortModel(spring_coefficients=unit).spring(_at_s1(q))
-        np.testing.assert_allclose(spring[:, S1], function, rtol=0.0, atol=1e-14)
-
-
 def test_spring_helps_to_carry_the_arm():
     # Hanging near the usual poses, the effort is above the torque the arm needs: 35 N m at zero.
     assert EffortModel().spring(np.zeros(7))[S1] == pytest.approx(34.83, abs=0.01)
@@ -84,26 +76,10 @@ def test_spring_is_held_beyond_its_range(beyond, border):
     assert not EffortModel().spring_is_held(_at_s1(border))
 
 
-def test_spring_is_held_state_by_state():
-    q = _at_s1(np.array([[-2.0, -1.9, 0.0], [1.0, 1.01, 1.5]]))
-    np.testing.assert_array_equal(EffortModel().spring_is_held(q),
-                                  [[True, False, False], [False, True, True]])
-
-
-def test_another_range_is_used():
-    model = EffortModel(spring_range=(-0.5, 0.5))
-    np.testing.assert_array_equal(model.spring(_at_s1(0.9)), model.spring(_at_s1(0.5)))
-    assert model.spring_is_held(_at_s1(-0.6))
-
-
 def test_friction_is_odd_and_zero_at_rest(full_model, random_states):
     _, qd, _ = random_states(100)
     np.testing.assert_array_equal(full_model.friction(-qd), -full_model.friction(qd))
     np.testing.assert_array_equal(full_model.friction(np.zeros(7)), 0.0)
-
-
-def test_friction_acts_along_the_motion(full_model):
-    assert (full_model.friction(np.full(7, 0.01)) > 0.0).all()
 
 
 def test_coulomb_friction_saturates():
@@ -112,17 +88,6 @@ def test_coulomb_friction_saturates():
     np.testing.assert_allclose(model.friction(np.full(7, 1.0)), coulomb, rtol=1e-12)
     np.testing.assert_allclose(model.friction(np.full(7, 0.05)), coulomb * np.tanh(1.0),
                                rtol=1e-12)
-
-
-def test_coulomb_velocity_is_the_width():
-    narrow = EffortModel(coulomb=np.ones(7), coulomb_velocity=0.01)
-    np.testing.assert_allclose(narrow.friction(np.full(7, 0.01)), np.tanh(1.0), rtol=1e-12)
-
-
-def test_viscous_friction_is_proportional():
-    viscous = np.arange(1.0, 8.0)
-    np.testing.assert_array_equal(EffortModel(viscous=viscous).friction(np.full(7, 3.0)),
-                                  3.0 * viscous)
 
 
 def test_rigid_is_tau(random_states):
@@ -134,22 +99,6 @@ def test_spring_that_is_absent_is_never_held():
     assert EffortModel().has_spring
     assert not EffortModel.rigid().has_spring
     assert not EffortModel.rigid().spring_is_held(_at_s1([-2.1, 0.0, 1.04])).any()
-
-
-def test_arguments_stay_as_they_are(full_model, random_states):
-    q, qd, tau = random_states(10)
-    qdd = tau
-    before = q.copy(), qd.copy(), tau.copy()
-    full_model.effort(tau, q, qd, qdd)
-    EffortModel.rigid().effort(tau, q, qd, qdd)
-    np.testing.assert_array_equal((q, qd, tau), before)
-
-
-def test_default_has_neither_friction_nor_bias(random_states):
-    q, qd, tau = random_states(100)
-    effort = EffortModel().effort(tau, q, qd, tau)
-    np.testing.assert_array_equal(effort[:, OTHERS], tau[:, OTHERS])
-    np.testing.assert_array_equal(EffortModel().friction(qd), 0.0)
 
 
 def test_one_state_and_leading_axes(full_model, random_states):

@@ -34,7 +34,7 @@ def manufacturer(pin, engine, side):
 @pytest.fixture
 def variant_rms(manufacturer, random_states):
     """Return a function from corrections to the RMS torque error per joint (7,)."""
-    states = random_states(200, speed=1.5, acceleration=2.5)
+    states = random_states(100, speed=1.5, acceleration=2.5)
     expected = manufacturer.inverse_dynamics(*states)
 
     def rms(corrections):
@@ -75,17 +75,6 @@ def test_size_of_the_printed_errors(variant_rms, corrections, published):
     ratio = variant_rms(corrections) / published
     assert ratio.min() > 0.5
     assert ratio.max() < 2.0
-
-
-def test_offset_of_theta_2_is_worth_a_factor_of_ten(variant_rms):
-    # 18 and more at every joint: without it the arm hangs at a right angle to where it is.
-    assert (variant_rms({THETA_2_OFFSET}) < variant_rms(()) / 10).all()
-
-
-def test_inertia_at_origin_is_worth_a_factor_of_ten(variant_rms):
-    before, after = variant_rms({THETA_2_OFFSET}), variant_rms(CORRECTIONS)
-    assert (after[:6] < before[:6] / 10).all()
-    assert after[6] < before[6]  # w2 feels the wrong inertia no more than the tables' rounding
 
 
 def test_no_body_has_the_printed_pseudo_inertias():

@@ -15,22 +15,6 @@ def states(random_states):
     return random_states(N_STATES)
 
 
-def test_mass_matrix(arm, reference, states):
-    q, _, _ = states
-    np.testing.assert_allclose(arm.mass_matrix(q), reference.mass_matrix(q), **EXACT)
-
-
-def test_coriolis_matrix(arm, reference, states):
-    q, qd, _ = states
-    np.testing.assert_allclose(arm.coriolis_matrix(q, qd), reference.coriolis_matrix(q, qd),
-                               **EXACT)
-
-
-def test_gravity(arm, reference, states):
-    q, _, _ = states
-    np.testing.assert_allclose(arm.gravity(q), reference.gravity(q), **EXACT)
-
-
 def test_terms(arm, reference, states):
     q, qd, _ = states
     mass, coriolis, gravity = arm.terms(q, qd)
@@ -75,16 +59,6 @@ def test_newton_euler_answers_for_the_same_arm(arm, pin, states):
     for state in zip(*(x[:100] for x in states)):
         np.testing.assert_allclose(recursive.inverse_dynamics(*state),
                                    arm.inverse_dynamics(*state), **EXACT)
-
-
-def test_forward_kinematics(arm, reference, states):
-    q, _, _ = states
-    np.testing.assert_allclose(arm.forward_kinematics(q), reference.forward_kinematics(q), **EXACT)
-
-
-def test_jacobian(arm, reference, states):
-    q, _, _ = states
-    np.testing.assert_allclose(arm.jacobian(q), reference.jacobian(q), **EXACT)
 
 
 def test_model_written_out_here(pin, engine, states):

@@ -52,14 +52,6 @@ def test_inverse_dynamics_is_eq_5(arm, parameters, g, states):
                                lagrange_euler.inverse_dynamics(parameters, *states, g), **EXACT)
 
 
-def test_terms_are_the_terms(arm, states):
-    q, qd, _ = states
-    mass, coriolis, gravity = arm.terms(q, qd)
-    np.testing.assert_allclose(mass, arm.mass_matrix(q), **EXACT)
-    np.testing.assert_allclose(coriolis, arm.coriolis_matrix(q, qd), **EXACT)
-    np.testing.assert_allclose(gravity, arm.gravity(q), **EXACT)
-
-
 def test_forward_kinematics_is_eq_2(arm, parameters, states):
     q, _, _ = states
     np.testing.assert_allclose(arm.forward_kinematics(q),
@@ -71,12 +63,6 @@ def test_every_christoffel_symbol(arm, parameters, states):
     q, _, _ = states
     symbols = np.stack([arm.coriolis_matrix(q, unit) for unit in np.eye(7)], axis=-1)
     np.testing.assert_allclose(symbols, lagrange_euler.christoffel(parameters, q), **EXACT)
-
-
-def test_christoffel_symbols_are_symmetric_in_k_and_m(arm, states):
-    q, _, _ = states
-    symbols = np.stack([arm.coriolis_matrix(q, unit) for unit in np.eye(7)], axis=-1)
-    np.testing.assert_allclose(symbols, symbols.swapaxes(-1, -2), **EXACT)
 
 
 def test_h_of_eq_7_is_the_christoffel_symbol_of_m(parameters, states):
@@ -91,64 +77,6 @@ def test_h_of_eq_7_is_the_christoffel_symbol_of_m(parameters, states):
                                rtol=0.0, atol=1e-10)
 
 
-CALLS = {
-    'mass_matrix': (lambda arm, q, qd, qdd: arm.mass_matrix(q), (7, 7)),
-    'coriolis_matrix': (lambda arm, q, qd, qdd: arm.coriolis_matrix(q, qd), (7, 7)),
-    'gravity': (lambda arm, q, qd, qdd: arm.gravity(q), (7,)),
-    'terms_mass': (lambda arm, q, qd, qdd: arm.terms(q, qd)[0], (7, 7)),
-    'terms_coriolis': (lambda arm, q, qd, qdd: arm.terms(q, qd)[1], (7, 7)),
-    'terms_gravity': (lambda arm, q, qd, qdd: arm.terms(q, qd)[2], (7,)),
-    'inverse_dynamics': (lambda arm, q, qd, qdd: arm.inverse_dynamics(q, qd, qdd), (7,)),
-    'forward_dynamics': (lambda arm, q, qd, qdd: arm.forward_dynamics(q, qd, qdd), (7,)),
-    'forward_kinematics': (lambda arm, q, qd, qdd: arm.forward_kinematics(q), (4, 4)),
-    'jacobian': (lambda arm, q, qd, qdd: arm.jacobian(q), (6, 7)),
-}
-
-
-@pytest.fixture(params=CALLS.values(), ids=CALLS.keys())
-def call(request):
-    return request.param
-
-
-def test_several_leading_axes(call, random_states):
-    function, shape = call
-    q, qd, qdd = (x.reshape(2, 3, 4, 7) for x in random_states(24))
-    result = function(BaxterArm(), q, qd, qdd)
-    assert result.shape == (2, 3, 4) + shape
-    for index in np.ndindex(2, 3, 4):
-        one = function(BaxterArm(), q[index], qd[index], qdd[index])
-        assert one.shape == shape
-        np.testing.assert_allclose(result[index], one, rtol=1e-10, atol=1e-12)
-
-
-def test_empty_batch(call):
-    function, shape = call
-    nothing = np.empty((0, 7))
-    assert function(BaxterArm(), nothing, nothing, nothing).shape == (0,) + shape
-
-
-def test_batch_beyond_the_block_size(call, random_states):
-    function, shape = call
-    n = 2 * BLOCK + 3
-    states = random_states(n)
-    result = function(BaxterArm(), *states)
-    assert result.shape == (n,) + shape
-    # State by state at the blocks' borders, in batches of another size everywhere else.
-    for i in (0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK - 1, 2 * BLOCK, n - 1):
-        np.testing.assert_allclose(result[i], function(BaxterArm(), *(x[i] for x in states)),
-                                   rtol=1e-10, atol=1e-12)
-    parts = [function(BaxterArm(), *(x[i:i + 1000] for x in states)) for i in range(0, n, 1000)]
-    np.testing.assert_allclose(result, np.concatenate(parts), rtol=1e-10, atol=1e-12)
-
-
-def test_large_batch_keeps_its_leading_axes(random_states):
-    q, qd, _ = (x.reshape(3, BLOCK, 7) for x in random_states(3 * BLOCK))
-    mass, coriolis, gravity = BaxterArm().terms(q, qd)
-    assert mass.shape == coriolis.shape == (3, BLOCK, 7, 7)
-    assert gravity.shape == (3, BLOCK, 7)
-    np.testing.assert_allclose(gravity[2], BaxterArm().gravity(q[2]), **EXACT)
-
-
 def test_leading_axes_broadcast(random_states):
     arm = BaxterArm()
     q, qd, qdd = random_states(5)
@@ -157,9 +85,3 @@ def test_leading_axes_broadcast(random_states):
     for i, k in np.ndindex(5, 3):
         np.testing.assert_allclose(result[i, k], arm.inverse_dynamics(q[i], qd[k], qdd[0]),
                                    **EXACT)
-
-
-def test_large_broadcast(random_states):
-    q, qd, _ = random_states(BLOCK + 5)
-    np.testing.assert_allclose(BaxterArm().coriolis_matrix(q[0], qd)[BLOCK + 4],
-                               BaxterArm().coriolis_matrix(q[0], qd[BLOCK + 4]), **EXACT)

@@ -104,12 +104,6 @@ def test_corrected_pseudo_inertia_is_the_second_moment_of_mass(rng):
                                rtol=0.0, atol=1e-14)
 
 
-def test_corrected_parameters_use_that_pseudo_inertia():
-    p = paper_parameters()
-    np.testing.assert_array_equal(p.pseudo_inertia, pseudo_inertia(
-        inertia_about_origin(p.inertia, p.mass, p.center_of_mass), p.mass, p.center_of_mass))
-
-
 def _rows(paper, title):
     """Return the cells of the rows that begin with a link's number in the table of that title."""
     table = paper.split(f'\n{title}\n')[1].split('\n\n')[1]

@@ -48,7 +48,7 @@ def test_says_why_when_no_prediction_arrives(domain, tmp_path):
 
 @pytest.mark.parametrize('arguments, problem', [
     (['--output', '/nowhere/demo.png'], '--output: no folder /nowhere'),
-    (['--output', 'demo.txt'], '--output: expected .png'),
+    (['--output', 'demo.txt'], '--output: expected a name ending in .png or .pdf or .svg'),
 ])
 def test_refuses_a_picture_it_cannot_save_before_it_starts(domain, arguments, problem):
     result = demo('--duration', '2', *arguments)

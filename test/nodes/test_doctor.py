@@ -7,7 +7,7 @@ import sys
 
 from baxter_dynamics_ros.cli.doctor_robot import _contents
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names, SIDES
 from baxter_dynamics_ros.ros1.joint_state import JointState
 import numpy as np
 import pytest
@@ -54,7 +54,8 @@ def test_every_step_passes_from_a_robot_to_the_residual(domain, start, tmp_path)
     with Ros1() as ros1:
         ros1.publish('--play', played, '--name', 'arms', address='011303P0017.local')
         start('joint_state_bridge', '-p', f'master_uri:={ros1.uri}')
-        start('torque_predictor', '-p', 'arm:=both')
+        for side in SIDES:
+            start('torque_predictor', '-r', f'__ns:=/{side}', '-p', f'arm:={side}')
         code, lines = doctor(ros1.uri)
         print(lines)
         assert code == 0, lines

@@ -87,7 +87,7 @@ def test_two_publishers_arrive_exactly_and_once_and_the_master_is_left_alone(
     assert [values[f'/{name} {key}'] for name in ('arms', 'grippers')
             for key in ('received', 'lost', 'repeated')] == ['300', '0', '0', '114', '0', '0']
     level, message, values = status(robot, 'master')
-    assert (level, values['calls of the master arrive']) == (b'\x00', 'True'), message
+    assert (level, values['reachable from the master']) == (b'\x00', 'True'), message
     offered, = [info.qos_profile for info in robot.get_publishers_info_by_topic(TOPIC)
                 if info.node_name == 'joint_state_bridge']
     assert (offered.reliability, offered.durability) == (
@@ -179,7 +179,7 @@ def test_a_recording_gives_the_residual_that_it_gives_offline(
     played.write_text('\n'.join(map(json.dumps, rows)))
     predictor = PredictorSettings({'arm': 'right'}).predictor()
     offline = [made for stamp, names, *fields in rows if (made := predictor.handle(
-        stamp, names, *map(np.array, fields))) is not None]
+        stamp, names, *map(np.array, fields)).prediction) is not None]
     assert len(offline) > 100
 
     bridge('clock:=robot')

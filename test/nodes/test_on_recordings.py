@@ -34,7 +34,7 @@ def test_residual_on_recordings(robot, start_predictor, recordings):
             robot.send(stamp, ['l_gripper_l_finger_joint'], [0.0], [0.0], [0.0])
             robot.send_arm(stamp, *row, side='left')
             sent += 1
-    settled = sent - 4 * 21  # each piece settles anew
+    settled = sent - 4 * 21 - 3  # each piece settles anew, after a message that confirms the gap
     robot.until(lambda: len(robot.residual) >= settled)
     residual = np.array([message.effort for message in robot.residual])
     assert sent == 4 * PIECE

@@ -18,8 +18,11 @@ def bad_values(setting) -> list:
     default, lower, upper = setting.default, setting.lower, setting.upper
     if isinstance(default, bool):
         return [1, 1.0, 'magic', [True], []]
+    if isinstance(default, str) and not setting.choices:
+        return [True, 1, 1.0]
     if isinstance(default, str):
-        return [True, 1, 1.0, 'magic', default.upper(), [default], []]
+        wrong = ['magic', default.upper()] if setting.choices else []
+        return [True, 1, 1.0, *wrong, [default], []]
     if isinstance(default, int):
         return [lower - 1, upper + 1, 2 ** 62, True, float(lower), math.nan, 'magic', [lower], []]
     margin = 1e-3 * (upper - lower)
@@ -48,7 +51,7 @@ def expected(setting) -> str:
     if isinstance(default, bool):
         return 'true or false'
     if isinstance(default, str):
-        return ', '.join(setting.choices)
+        return ', '.join(setting.choices) or 'text'
     if isinstance(default, tuple):
         return str(len(default))
     return 'whole number' if isinstance(default, int) else 'decimal point'
@@ -125,7 +128,7 @@ def test_a_process_that_is_refused_a_value_ends(refuses, argument, problem):
 def test_another_nodes_parameter_is_logged_and_a_plain_argument_refused(robot, start):
     process = start('torque_predictor', '-p', 'camera_frame:=wrist')
     robot.wait_for_node()
-    assert 'camera_frame is given, but this node has none' in process.output
+    robot.until(lambda: 'camera_frame is given, but this node has none' in process.output)
     with NodeProcess('torque_predictor', ['--arm', 'left']) as process:
         assert process.wait(20.0) == 2
         assert 'unrecognized arguments: --arm left' in process.output

@@ -45,10 +45,7 @@ def simulator(robot):
     return play
 
 
-@pytest.mark.parametrize('effort', [
-    pytest.param('nan', marks=pytest.mark.xfail(
-        strict=False, reason='NaN effort is dropped until joint selection takes it as missing')),
-    'absent', 'present'])
+@pytest.mark.parametrize('effort', ['nan', 'absent', 'present'])
 def test_predictions_in_simulated_time_and_again_after_a_reset_of_the_world(
         robot, start, simulator, sine, stamps, effort):
     process = start('torque_predictor', '--params-file', str(SIMULATED),

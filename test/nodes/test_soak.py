@@ -1,5 +1,6 @@
 """The node and the stream handler over many messages, and the node on arbitrary messages."""
 
+import gc
 from pathlib import Path
 import tracemalloc
 
@@ -46,6 +47,7 @@ def test_the_stream_handler_keeps_nothing(soak):
         for k, message in enumerate(soak.messages(1600)):
             predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
             if k in (1299, 1599):  # the history is full after 0.7 s
+                gc.collect()
                 traced.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()

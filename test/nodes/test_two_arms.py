@@ -29,5 +29,5 @@ def test_each_node_predicts_its_arm_with_its_parameters(robot, start, sine):
         alone = PredictorSettings({'arm': side, 'payload.mass': LOAD[side]}).predictor()
         steps = [alone.handle(START + k * 10_000_000, names, *row) for k, row in enumerate(rows)]
         assert [list(m.effort) for m in residuals[side]] == [
-            step.residual.tolist() for step in steps if step]
+            step.prediction.residual.tolist() for step in steps if step.prediction]
         assert all(tuple(m.name) == joint_names(side) for m in residuals[side])

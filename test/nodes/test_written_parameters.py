@@ -25,5 +25,5 @@ def test_the_node_takes_a_written_file(robot, start_predictor, all_changed, tmp_
         if isinstance(wanted[name], tuple):
             found = tuple(found)
         assert found == wanted[name], name
-    assert 'predicting left_s0' in process.output
+    assert f"predicting {values['joint_prefix']}left_s0" in process.output
     assert 'differ from their defaults: arm' in process.output

@@ -118,7 +118,7 @@ def until(condition, seconds=10.0):
     (b'', {'getSystemState': [3]}, Step.MASTER, 'is not a ROS 1 master'),
     (b'', {'getSystemState': [[[TOPIC, 7]], [], []]}, Step.MASTER, 'is not a ROS 1 master'),
     (encode_header(HEADER), {}, Step.STREAM, 'the publisher closed the connection'),
-    (encode_header(HEADER) + LONG, {}, Step.STREAM, 'is not a message'),
+    (encode_header(HEADER) + LONG, {}, Step.STREAM, 'sent a malformed message'),
     (encode_header(HEADER) + message(3), {}, Step.ADDRESS, 'does not reach this machine'),
 ])
 def test_each_failure_names_its_step(serve, reply, answers, step, found):

@@ -2,7 +2,7 @@
 
 import csv
 
-from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
@@ -16,7 +16,7 @@ from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402, 
     DURATION, ExcitingTrajectory, motion, series)
 from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import HandTrajectory, MIRROR  # noqa: E402
+from baxter_dynamics_ros.simulation.trajectories import MIRROR  # noqa: E402
 from tools import excitation_search  # noqa: E402
 
 STEP = 0.01  # [s]
@@ -98,46 +98,6 @@ def test_every_parameter_shows(right):
     assert min(own.values()) > 0.06
     assert min(value for name, value in own.items()
                if not name.startswith('spring') and name != 'bias_s1') > 0.25
-
-
-def test_the_circle_shows_much_less():
-    reference, rows = HandTrajectory('right', 'circle'), []
-    for _ in range(3200):
-        reference.advance(STEP)
-        rows.append((reference.q, reference.qd))
-    q, qd = np.array(rows)[200:].transpose(1, 0, 2)
-    condition, own = judge(q, qd, np.gradient(qd, STEP, axis=0))
-    assert condition > 5000.0
-    assert min(own.values()) < 1e-3
-
-
-def test_design_is_the_effort_models_and_the_payloads(right):
-    q, qd, qdd = (x[::500] for x in right)
-    z = np.tanh(3 * q)
-    one = {name: np.linspace(0.1, 0.7, 7) for name in (
-        'bias', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness')}
-    one['stiffness'] = one['stiffness'] * (np.arange(7) != 1)
-    model = EffortModel(spring_coefficients=(0.0, 3.0, 4.0, 5.0, 6.0), **one)
-    load = Payload(1.3, (0.02, -0.03, 0.05))
-    columns = excitation_search.design(q, qd, qdd, z)
-    effort = sum(values[i] * columns[f'{name}_{joint}'] for name, values in one.items()
-                 for i, joint in enumerate(('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2'))
-                 if f'{name}_{joint}' in columns)
-    effort += sum(c * columns[f'spring_{name}_s1']
-                  for name, c in {'sin1': 3.0, 'cos1': 4.0, 'sin2': 5.0, 'cos2': 6.0}.items())
-    expected = model.effort(np.zeros_like(q), q, qd, qdd, z)
-    np.testing.assert_allclose(effort, expected, atol=1e-9)
-    arm = BaxterArm(mount=mount('right'))
-    tilted = BaxterArm(mount=mount('right'), gravity=arm.gravity_vector + [0.2, -0.3, 0.0])
-    np.testing.assert_allclose(0.2 * columns['gravity_x'] - 0.3 * columns['gravity_y'],
-                               tilted.gravity(q) - arm.gravity(q), atol=1e-9)
-    moment = load.mass * np.array(load.center_of_mass)
-    added = load.mass * columns['payload_mass'] + sum(
-        m * columns[f'payload_moment_{axis}'] for m, axis in zip(moment, 'xyz'))
-    # Second moments are no parameters: what a point mass has of them is left over.
-    loaded = BaxterArm(mount=mount('right'), payload=load)
-    short = loaded.inverse_dynamics(q, qd, qdd) - arm.inverse_dynamics(q, qd, qdd) - added
-    assert np.abs(short).max() < 0.03 < np.abs(added).max()
 
 
 def test_a_short_search_keeps_to_the_limits_of_the_joints_and_finds_better():

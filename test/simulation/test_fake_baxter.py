@@ -52,7 +52,7 @@ def test_publishes_the_robots_17_joints_in_its_order():
 @pytest.mark.parametrize('side', ['right', 'left'])
 def test_hand_follows_the_papers_circle(side):
     robot = FakeBaxter(side, noise=False)
-    q, _, _ = run(robot, 35.0, side)
+    q, _, _ = run(robot, 20.0, side)
     hand = BaxterArm(mount=mount(side)).forward_kinematics(q)
     t = PERIOD * np.arange(1, len(q) + 1) - 1.0  # the trajectory's own time, once up to speed
     wanted = np.array([circle(x) for x in t])
@@ -61,13 +61,6 @@ def test_hand_follows_the_papers_circle(side):
     assert np.abs(hand[300:, :3, 3] - wanted[300:]).max() < 0.01
     assert hand[300:, 2, 2].max() < -0.99  # hand down
     assert ((q > POSITION_LOWER) & (q < POSITION_UPPER)).all()
-
-
-def test_starts_at_rest_where_the_circle_begins():
-    q, qd, _ = run(FakeBaxter(noise=False), 0.1)
-    hand = BaxterArm(mount=mount('right')).forward_kinematics(q[0])
-    np.testing.assert_allclose(hand[:3, 3], circle(0.0), atol=1e-3)
-    assert np.abs(qd).max() < 0.02
 
 
 def test_velocity_lags_position_by_13_and_a_half_milliseconds():
@@ -79,13 +72,6 @@ def test_velocity_lags_position_by_13_and_a_half_milliseconds():
     error = [np.sum((np.array(velocity[100:]) - 3 * np.cos(3 * (t[100:] - lag))) ** 2)
              for lag in lags]
     assert lags[np.argmin(error)] == pytest.approx(0.0135, abs=2e-4)
-
-
-def test_velocity_takes_the_arm_for_resting_before_the_first_reading():
-    sensors = Sensors(0.001, noise=False)
-    for position in [0.0] + 6 * [0.011]:
-        sensors.read(np.full(7, position), np.zeros(7))
-    np.testing.assert_allclose(sensors.publish()[1], 0.011 / 0.022)
 
 
 def test_noise_and_quanta_at_rest_are_those_measured():
@@ -212,15 +198,6 @@ def test_the_robot_itself_knows_neither_payload_nor_tilt_nor_cables():
     assert np.abs(laden.static_torque() - laden.holding_torque()).max() > 5.0
 
 
-def test_a_payload_that_is_a_point_is_one():
-    point = FakeBaxter(trajectory='hold', friction=False, noise=False,
-                       payload=Payload(0.7, (0.0, 0.0, 0.1)))
-    q, _, effort = run(point, 0.1)
-    arm = BaxterArm(payload=Payload(0.7, (0.0, 0.0, 0.1)))
-    np.testing.assert_allclose(effort[-1], arm.gravity(q[-1]) + EffortModel().spring(q[-1]),
-                               atol=0.02)
-
-
 @pytest.mark.parametrize('side', ['right', 'left'])
 def test_tilt_shows_on_both_arms_as_gravity_in_another_direction(side):
     gravity = (0.3, -0.2, -9.8)
@@ -289,7 +266,7 @@ def test_dahls_friction_is_a_loop_of_twice_its_height_that_turns_within_its_leng
 
 
 def test_what_no_arm_can_have_is_a_clear_error():
-    with pytest.raises(ArgumentError, match='truth.added_inertia: .* less inertia'):
+    with pytest.raises(ArgumentError, match='truth.added_inertia: expected no negative value'):
         with_truth(added_inertia=one(3, -0.1))
     with pytest.raises(ArgumentError, match='truth: .* leave the arguments'):
         FakeBaxter(truth=EffortModel(), friction=False)

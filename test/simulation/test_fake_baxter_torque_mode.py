@@ -121,22 +121,13 @@ def test_a_joint_that_runs_away_is_braked_and_no_command_is_obeyed_meanwhile(rob
         try:
             robot.command(push)
         except ArgumentError as error:
-            assert 'w2 runs away' in str(error)
+            assert 'w2 is too fast' in str(error)
         robot.advance(robot.time + STEP)
         fastest = max(fastest, np.abs(robot.plant.qd).max())
     assert 40.0 < fastest < 100.0  # rad/s; MuJoCo gives up after 187 ms otherwise
     live(robot, 1.5)
     assert np.abs(robot.plant.qd).max() < 0.01
     robot.command(robot.plant.static_torque())
-
-
-def test_a_command_is_copied(robot):
-    command = robot.plant.static_torque()
-    robot.command(command)
-    expected = command.copy()
-    command[:] = 0.0
-    _, _, effort = live(robot, 0.002)
-    np.testing.assert_array_equal(effort[-1], expected)
 
 
 def test_limits_are_those_of_the_description():

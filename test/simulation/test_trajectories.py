@@ -52,13 +52,6 @@ def test_switch_is_between_two_places_and_rests_in_each():
     assert np.abs(np.diff(acceleration)).max() < 0.1  # no jump
 
 
-def test_lift_is_slow():
-    z = np.array([TRAJECTORIES['lift'](t)[2] for t in np.arange(0.0, 40.0, 0.001)])
-    assert z.min() == pytest.approx(-0.05, abs=1e-6)
-    assert z.max() == pytest.approx(0.25, abs=1e-6)
-    assert np.abs(np.diff(z, 2) * 1e6).max() < 0.04
-
-
 @pytest.mark.parametrize('trajectory', MOVING)
 def test_each_repeats_after_its_period(trajectory):
     position, period = TRAJECTORIES[trajectory], PERIODS[trajectory]
