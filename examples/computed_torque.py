@@ -51,7 +51,7 @@ def follow(reference, controller, truth, compensated):
     errors = []
     for q_r, qd_r, qdd_r in zip(*reference):
         errors.append(q_r - plant.q)
-        plant.step(controller(plant.q, plant.qd, q_r, qd_r, qdd_r) 
+        plant.step(controller(plant.q, plant.qd, q_r, qd_r, qdd_r)
                    + compensated.friction(qd_r))
     return np.sqrt(np.mean(np.square(errors), axis=0))
 

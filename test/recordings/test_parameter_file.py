@@ -74,7 +74,8 @@ def test_comments_of_any_kind_stay_comments(tmp_path, comment):
 @pytest.mark.parametrize('text, problem', [
     ('a: {', 'invalid YAML at line 2: '), (b'\xff', 'invalid YAML'), ('[' * 9000, 'invalid YAML'),
     ('&a [*a]', 'expected a name at line 1, got a list'),
-    (HEAD + '    payload: {mas: 1.0}', 'payload.mas: no such parameter; did you mean payload.mass?'),
+    (HEAD + '    payload: {mas: 1.0}',
+     'payload.mas: no such parameter; did you mean payload.mass?'),
     (HEAD + '    arm: middle', "arm: expected one of right, left, got 'middle'"),
     (HEAD + '    payload: {mass: 1}', 'payload.mass: expected a number with a decimal point'),
     (HEAD + '    payload: {mass: -1.0}', 'payload.mass: expected a value in [0, 10] kg, got -1'),

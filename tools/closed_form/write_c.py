@@ -7,9 +7,9 @@ from textwrap import wrap
 from baxter_dynamics_ros.export.legend import LABELS, meaning
 
 from .derivation import program_of
+from .infix import assignments
 from .program import Program
 from .quantities import PARAMETERS, QUANTITIES, Quantity
-from .infix import assignments
 from .write_python import description, input_names
 
 _NAME = 'baxter_dynamics'

@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable
 from textwrap import fill, indent
 
 from .derivation import program_of
+from .infix import assignments
 from .program import Program, Value
 from .quantities import PARAMETERS, QUANTITIES, Quantity
-from .infix import assignments
 
 _HEAD = '''# flake8: noqa
 """
