@@ -47,7 +47,7 @@ class Soak(NamedTuple):
 
     @property
     def lost(self) -> int:
-        """Number of messages that were lost, dropped or gave no residual."""
+        """Messages that were lost, dropped or gave no residual."""
         return sum(abs(n) for n in (
             self.sent - self.received, self.dropped, self.sent - self.quiet - self.predicted,
             self.predicted - self.residuals))
