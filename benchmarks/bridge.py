@@ -1,9 +1,9 @@
 """
-Measure joint_state_bridge against rospy's own subscriber on the same streams.
+Compare joint_state_bridge with a rospy subscriber on the same streams.
 
-A real ROS 1 master and real rospy publishers: two at 100 and 38 Hz as Baxter's, and one at 800 Hz.
-Lost and doubled messages, stamps compared with those that rospy's subscriber got, and latency from
-publishing in ROS 1 to receiving in ROS 2. Run: python benchmarks/bridge.py [--seconds 120]
+Uses a ROS 1 master and rospy publishers: two at 100 and 38 Hz, as on Baxter, or one at 800 Hz.
+Measures lost and duplicate messages, stamps that differ from those received by rospy, and latency
+from publishing in ROS 1 to receiving in ROS 2. Run: python benchmarks/bridge.py [--seconds 120]
 """
 
 import argparse
@@ -28,8 +28,8 @@ from ros1_processes import available, MISSING, Ros1  # noqa: E402, I100
 TOPIC = '/robot/joint_states'
 ARMS, GRIPPERS = ' '.join(JOINT_STATE_NAMES), 'l_gripper_l_finger_joint l_gripper_r_finger_joint'
 STREAMS = {'100 and 38 Hz': ((100, ARMS), (38, GRIPPERS)), '800 Hz': ((800, ARMS),)}
-SETTLE = 1.0  # [s] at the beginning, in which no latency is counted
-# As this process receives in ROS 2: number, joints, stamp and time of arrival of each message.
+SETTLE = 1.0  # initial time without latency measurement [s]
+# Prints number, number of joints, stamp and time of arrival of each message.
 ROSPY = """
 import sys, time, rospy
 from sensor_msgs.msg import JointState
@@ -47,7 +47,7 @@ for row in rows:
 
 
 def measure(publishers, seconds: float) -> dict:
-    """Run one stream; return what the bridge and what rospy made of it."""
+    """Run one stream; return the results of the bridge and of rospy."""
     rows = []
     node = Node('listener')
     node.create_subscription(JointState, TOPIC, lambda message: rows.append((
@@ -66,7 +66,7 @@ def measure(publishers, seconds: float) -> dict:
                          round(rate * seconds), '--subscribers', 2)
         used = processor_time(bridge.pid)
         _spin(node, lambda: len(rows) >= total, seconds + 10.0)
-        _spin(node, lambda: False, 1.0)  # what comes twice
+        _spin(node, lambda: False, 1.0)  # duplicates
         used = processor_time(bridge.pid) - used
         out, _ = listener.communicate(b'\n', 30.0)
     node.destroy_node()

@@ -1,4 +1,4 @@
-"""Contact: detection of pushes, false contacts, and noise of the residuals, as tables."""
+"""Measure contact detection: latency of pushes, false contacts, noise of the residuals."""
 
 import argparse
 from pathlib import Path
@@ -24,8 +24,8 @@ _FILES = {'baxter_left_arm_tracking.npz': 12, 'baxter_point_to_point.npz': 1}
 _NOTHING = np.full(N_JOINTS, np.nan)
 
 
-class Motion(NamedTuple):
-    """A run or a recording; arrays (n, 7) in joint order."""
+class JointTrace(NamedTuple):
+    """Joint states of a simulation or a recording; arrays (n, 7) in joint order."""
 
     name: str
     side: str
@@ -39,9 +39,9 @@ class Motion(NamedTuple):
         """Time of each sample (n,) [s]."""
         return self.period * np.arange(1, len(self.q) + 1)
 
-    def part(self, rows: slice, n: int = 1) -> 'Motion':
-        """Return the samples in ``rows``, which are every n-th."""
-        return Motion(self.name, self.side, n * self.period, *(x[rows] for x in self[3:]))
+    def part(self, rows: slice, n: int = 1) -> 'JointTrace':
+        """Return the samples in ``rows``, every n-th."""
+        return JointTrace(self.name, self.side, n * self.period, *(x[rows] for x in self[3:]))
 
 
 class Push(NamedTuple):
@@ -61,7 +61,7 @@ class Result(NamedTuple):
 
 
 def pushes(count: int, elbow: float, forces: tuple = (10.0,)) -> list:
-    """Return pushes of each force along +x -x +y -y +z -z and at the elbow, again and again."""
+    """Return pushes of each force along +x -x +y -y +z -z and at the elbow, repeated."""
     result = []
     for k in range(count):
         axis, sign = k % 8 // 2, 1.0 - 2.0 * (k % 2)
@@ -73,8 +73,8 @@ def pushes(count: int, elbow: float, forces: tuple = (10.0,)) -> list:
 
 
 def run(trajectory: str, seed: int, duration: float, plan: list = (),
-        length: float = LENGTH) -> Motion:
-    """Return the joint states of a fake Baxter that is pushed, at the highest of the rates."""
+        length: float = LENGTH) -> JointTrace:
+    """Return the joint states of a pushed fake Baxter at the highest rate."""
     robot, period = FakeBaxter(trajectory=trajectory, seed=seed), 1.0 / max(RATES)
     edges = sorted([(push.begin, push.force, push.torque) for push in plan]
                    + [(push.begin + length, np.zeros(3), np.zeros(N_JOINTS)) for push in plan],
@@ -87,10 +87,10 @@ def run(trajectory: str, seed: int, duration: float, plan: list = (),
             robot.force, robot.torque = force, torque
         robot.advance(k * period)
         rows.append([values[order] for values in robot.joint_state()])
-    return Motion(trajectory, 'right', period, *np.array(rows).transpose(1, 0, 2))
+    return JointTrace(trajectory, 'right', period, *np.array(rows).transpose(1, 0, 2))
 
 
-def at_rate(motion: Motion, rate: int) -> Motion:
+def at_rate(motion: JointTrace, rate: int) -> JointTrace:
     """Return the joint states that the same robot publishes at a lower rate."""
     n = round(1.0 / motion.period / rate)
     return motion.part(slice(n - 1, None, n), n)
@@ -104,17 +104,17 @@ def recordings(folder: Path) -> dict:
             which = data['recording']
             parts = [[data[field][which == i] for field in ('position', 'velocity', 'effort')]
                      for i in range(count)]
-            result[file] = [Motion(str(name), 'left', float(data['period']), *part)
+            result[file] = [JointTrace(str(name), 'left', float(data['period']), *part)
                             for name, part in zip(data['recording_names'], parts)]
     return result
 
 
-def plan_for(motion: Motion) -> list:
+def plan_for(motion: JointTrace) -> list:
     """Return the pushes for a recording."""
     return pushes(int((motion.times[-1] - 6.0) / SPACING) + 1, ELBOW['recording'])
 
 
-def pushed(motion: Motion, plan: list) -> Motion:
+def pushed(motion: JointTrace, plan: list) -> JointTrace:
     """Return the effort that the motors would supply if they held the motion against pushes."""
     effort, arm = motion.effort.copy(), BaxterArm(mount=mount(motion.side))
     for push in plan:
@@ -124,7 +124,7 @@ def pushed(motion: Motion, plan: list) -> Motion:
     return motion._replace(effort=effort)
 
 
-def play(motion: Motion, values: dict = {}) -> Result:
+def play(motion: JointTrace, values: dict = {}) -> Result:
     """Play a motion to a new predictor."""
     predictor = PredictorSettings({'arm': motion.side} | values).predictor(external=True)
     names, rows = joint_names(motion.side), []
@@ -138,12 +138,12 @@ def play(motion: Motion, values: dict = {}) -> Result:
     return Result(*map(np.array, zip(*rows)))
 
 
-def during(motion: Motion, push: Push) -> np.ndarray:
+def during(motion: JointTrace, push: Push) -> np.ndarray:
     """Return which samples lie within a push, (n,) bool."""
     return (motion.times >= push.begin) & (motion.times < push.begin + LENGTH)
 
 
-def latencies(motion: Motion, contact: np.ndarray, plan: list) -> np.ndarray:
+def latencies(motion: JointTrace, contact: np.ndarray, plan: list) -> np.ndarray:
     """Return the delay of each detection [s]; infinite where contact does not begin."""
     result = []
     for push in plan:
@@ -154,7 +154,7 @@ def latencies(motion: Motion, contact: np.ndarray, plan: list) -> np.ndarray:
     return np.array(result)
 
 
-def shares(motion: Motion, contact: np.ndarray, plan: list) -> np.ndarray:
+def shares(motion: JointTrace, contact: np.ndarray, plan: list) -> np.ndarray:
     """Return the share of messages with contact from each detection to the end of the push."""
     result = []
     for push in plan:
@@ -164,7 +164,7 @@ def shares(motion: Motion, contact: np.ndarray, plan: list) -> np.ndarray:
 
 
 def begun(contact: np.ndarray) -> int:
-    """Return how often contact began."""
+    """Return the number of contacts."""
     return int(np.count_nonzero(contact[1:] & ~contact[:-1]))
 
 
@@ -183,11 +183,11 @@ def calibrated(motions: list) -> dict:
     return {'effort_model.bias': bias, 'effort_model.coulomb': np.maximum(coulomb, 0.0)}
 
 
-def noise(motion: Motion, values: dict = {}, window: float = 0.0) -> tuple:
+def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
     """
     Return the RMS of residual and external torque over that of the first difference's residual.
 
-    Each less its moving mean over ``window`` [s], if that is not zero.
+    Both minus their moving mean over ``window`` [s], if that is not zero.
     """
     settings, found = PredictorSettings({'arm': motion.side} | values), play(motion, values)
     qdd = np.diff(motion.qd, axis=0) / motion.period

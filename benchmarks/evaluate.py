@@ -1,4 +1,4 @@
-"""How fast a bag is evaluated, relative to just reading it; and how much memory that takes."""
+"""Measure speed and memory of the evaluation of a bag, relative to reading it."""
 
 import argparse
 from pathlib import Path
@@ -57,7 +57,7 @@ def copy(source: Path, path: Path, storage: str):
 
 
 def read(path: Path) -> float:
-    """Return how long it takes to read a bag and do nothing [s]."""
+    """Return the time to read and deserialise a bag [s]."""
     start = time.perf_counter()
     with AnyReader([path]) as reader:
         for connection, _, raw in reader.messages():
@@ -66,7 +66,7 @@ def read(path: Path) -> float:
 
 
 def evaluate(path: Path) -> float:
-    """Return how long it takes to evaluate it [s]."""
+    """Return the time to evaluate a bag [s]."""
     start = time.perf_counter()
     with BagRecording(path, arm='right') as recording:
         Evaluator({}).evaluate(recording)
@@ -74,7 +74,7 @@ def evaluate(path: Path) -> float:
 
 
 def main():
-    """Print both times, their ratio, and the memory."""
+    """Print both times, their ratio and the peak memory."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--messages', type=int, default=30000)
     parser.add_argument('--repeats', type=int, default=3)

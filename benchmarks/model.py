@@ -25,7 +25,7 @@ from baxter_dynamics_ros import BaxterArm  # noqa: E402, I100
 from baxter_dynamics_ros.model import joints  # noqa: E402
 import numpy as np  # noqa: E402
 
-TOLERANCE = 1e-9  # [N m], of a difference that an acceleration makes in a torque as well
+TOLERANCE = 1e-9  # largest difference; accelerations are compared by their torques [N m]
 BASE = 'Pinocchio'
 TITLES = {'tau': 'tau, one state', 'terms': 'M, C, G, one state', 'forward': 'qdd, one state',
           'batch': 'tau, {:,} states', 'threads': 'tau, {:,} states, two threads'}
@@ -43,8 +43,8 @@ class Call(NamedTuple):
 
     kind: str  # of TITLES
     engine: str
-    run: Callable  # of states (7,) or (n, 7)
-    result: Callable  # from what it returns to what is compared
+    run: Callable  # function of states (7,) or (n, 7)
+    result: Callable  # maps the return value to the compared arrays
 
 
 def main() -> int:
@@ -83,7 +83,7 @@ def states(n: int) -> tuple:
 
 
 def ours(name: str, arm: BaxterArm) -> list:
-    """Return the calls of BaxterArm, as users make them."""
+    """Return the calls of BaxterArm."""
     calls = [Call('tau', name, arm.inverse_dynamics, np.array),
              Call('terms', name, lambda q, qd, qdd: arm.terms(q, qd), summed),
              Call('forward', name, arm.forward_dynamics, np.array),
@@ -101,7 +101,7 @@ def ours(name: str, arm: BaxterArm) -> list:
 
 
 def pinocchio(arm: BaxterArm) -> list:
-    """Return Pinocchio's calls on the model of the tests, or none where it is missing."""
+    """Return the calls of Pinocchio with the same parameters; none if it is not installed."""
     try:
         import pinocchio as pin
     except ImportError as error:
@@ -130,7 +130,7 @@ def pinocchio(arm: BaxterArm) -> list:
 
 
 def mujoco(arm: BaxterArm) -> list:
-    """Return MuJoCo's calls on an arm of the same parameters, or none where it is missing."""
+    """Return the calls of MuJoCo with the same parameters; none if it is not installed."""
     try:
         import mujoco as mj
     except ImportError as error:
@@ -182,13 +182,13 @@ def _text(numbers) -> str:
 
 
 def summed(terms: tuple) -> tuple:
-    """Return M, of which crba promises the upper triangle, C and G."""
+    """Return M, completed from the upper triangle that crba computes, C and G."""
     mass, coriolis, gravity = terms
     return np.triu(mass) + np.triu(mass, 1).T, np.array(coriolis), np.array(gravity)
 
 
 def difference(call: Call, arm: BaxterArm) -> float:
-    """Return by how much a call differs from the matrix equations in a torque [N m]."""
+    """Return the largest difference between a call and the matrix equations [N m]."""
     q, qd, qdd = states(20)
     tau = arm.composite.inverse_dynamics(q, qd, qdd)
     if call.kind in ('batch', 'threads'):

@@ -1,8 +1,8 @@
 """
-Measure the node against a bare relay with the same subscription and publishers.
+Compare the node with a relay that has the same subscription and publishers.
 
-All five topics are subscribed to. Alternating, in one run: latency from publishing a joint state
-to receiving its residual, processor time per message, and residuals lost.
+All five topics have subscribers. Measures, in alternating runs, the latency from publishing a
+joint state to receiving its residual, processor time per message, and lost residuals.
 Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
 """
 
@@ -25,7 +25,7 @@ from relay import OUTPUTS
 from sensor_msgs.msg import JointState
 from usage import processor_time
 
-SETTLE = 1.0  # [s] streamed before anything is counted
+SETTLE = 1.0  # initial time without measurement [s]
 NODE = ['-m', 'baxter_dynamics_ros.nodes.torque_predictor']
 KINDS = {'relay': [str(Path(__file__).with_name('relay.py'))], 'node': NODE,
          'newton': [*NODE, '--ros-args', '-p', 'method:=newton_euler']}
@@ -33,14 +33,14 @@ COLUMNS = ('median [ms]', 'p99 [ms]', 'CPU [ms]', 'lost')
 
 
 class Driver(Node):
-    """Publishes joint states at a rate, and notes when each comes back as a residual."""
+    """Publishes joint states at a rate and records the arrival of each residual."""
 
     def __init__(self):
         super().__init__('driver')
         self.publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
         self.received = {}  # stamp [ns] -> time [s]
-        # Never spun: the middleware drops what it receives for it, at no cost to Python.
+        # Never spun: its messages are dropped by the middleware at no cost to Python.
         self.listener = Node('listener')
         for name, kind in OUTPUTS.items():
             topic = topics.below_node(name).replace('~', '/torque_predictor')
@@ -54,7 +54,7 @@ class Driver(Node):
         self.received[stamp_ns(message.header)] = time.perf_counter()
 
     def spin(self, until: float):
-        """Let messages come in until a time [s]."""
+        """Process messages until a time [s]."""
         while (left := until - time.perf_counter()) > 0.0:
             rclpy.spin_once(self, timeout_sec=min(left, 0.0005))
 

@@ -1,4 +1,4 @@
-"""The floor: a bare relay with the node's subscription and publishers, and no computation."""
+"""Relay with the subscription and publishers of the node, without computation, as a baseline."""
 
 import sys
 

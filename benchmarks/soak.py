@@ -1,8 +1,8 @@
 """
-Send a million messages to the node and the stream handler: none lost, memory and cost flat.
+Soak test with a million messages: no losses, constant memory and processor time.
 
-The node is sent messages at 1000 Hz, or as fast as it answers, over reliable connections; the
-stream handler takes the rest. Run: python benchmarks/soak.py [--messages 1000000]
+The node receives messages at 1000 Hz or as fast as it responds, over reliable connections; the
+stream handler processes the rest. Run: python benchmarks/soak.py [--messages 1000000]
 [--node-seconds 60]
 """
 
@@ -26,9 +26,9 @@ from usage import memory, processor_time
 RATE = 1000  # [Hz]
 START = 10 ** 18  # [ns]
 CYCLE = 4000  # messages after which the motion repeats
-PARTS = 10  # of a run, each with its processor time
-WARM = 2  # parts before memory is looked at for the first time
-AHEAD = 50  # messages on their way to the node and back: fewer than any queue holds
+PARTS = 10  # number of parts for which processor time is measured
+WARM = 2  # number of parts before the first memory measurement
+AHEAD = 50  # maximum number of pending messages, below the depth of every queue
 PATIENCE = 20.0  # [s]
 RELIABLE = ['-p', f'qos_overrides.{topics.JOINT_STATES}.subscription.reliability:=reliable']
 
@@ -41,13 +41,13 @@ class Soak(NamedTuple):
     dropped: int
     predicted: int
     residuals: int  # that arrived
-    quiet: int  # messages at the beginning without a prediction: the filter settles
-    growth: float  # of resident memory, from warm to the end [MB]
-    processor: np.ndarray  # processor time per message, each part (10,) [ms]
+    quiet: int  # initial messages without a prediction, while the filter settles
+    growth: float  # increase of resident memory after WARM parts [MB]
+    processor: np.ndarray  # processor time per message of each part (10,) [ms]
 
     @property
     def lost(self) -> int:
-        """Messages that were not received, taken and answered by a residual each."""
+        """Messages that were lost, dropped or gave no residual."""
         return sum(abs(n) for n in (
             self.sent - self.received, self.dropped, self.sent - self.quiet - self.predicted,
             self.predicted - self.residuals))
@@ -135,7 +135,7 @@ def through_node(n: int) -> Soak:
 
 
 def quiet_messages() -> int:
-    """Return how many messages give no prediction while the filter settles."""
+    """Return the number of messages without a prediction while the filter settles."""
     predictor = PredictorSettings().predictor()
     return next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
                 if predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction is not None)

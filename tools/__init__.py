@@ -1,1 +1,1 @@
-"""What only developers of this package run; not installed."""
+"""Developer tools; not installed."""

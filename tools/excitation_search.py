@@ -1,4 +1,4 @@
-"""Search for the exciting trajectory: its limits, and how well it identifies the parameters."""
+"""Search for the exciting trajectory: workspace limits and identifiability of parameters."""
 
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.arrays import Array
@@ -10,19 +10,19 @@ from baxter_dynamics_ros.model.presliding import Presliding
 from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION, motion, Series
 import numpy as np
 
-# Limits of the joints' motion.
+# Joint limits of the motion.
 LOWER, UPPER = POSITION_LOWER + 0.1, POSITION_UPPER - 0.1  # [rad]
 SPEED = 0.6 * VELOCITY_LIMIT  # [rad/s]
 ACCELERATION = 6.0  # [rad/s^2]
-S1_SWEEP = (-1.8, 0.94)  # of the spring's range of -1.9 to 1.0; 0.95 is UPPER [rad]
+S1_SWEEP = (-1.8, 0.94)  # range of s1, within the spring range of -1.9 to 1.0 [rad]
 
-# Limits of the places where the arm may be, in the robot's base frame [m].
-TABLE = -0.35  # height above which everything stays
-MIDDLE = 0.05  # distance that everything keeps from the plane between the arms
-FRONT, OUTSIDE = 0.27, 0.40  # the forearm and the hand are before or beside the torso
-HEAD, HEAD_DISTANCE = 0.05, 0.3  # x of the head's column; everything stays away so far
-SHOULDER_DISTANCE = 0.25  # from the wrist, the hand and beyond to the arm's own shoulder
-TOOL = 0.15  # what the hand may hold reaches so far
+# Workspace limits in the robot's base frame [m].
+TABLE = -0.35  # minimum height
+MIDDLE = 0.05  # minimum distance from the plane between the arms
+FRONT, OUTSIDE = 0.27, 0.40  # x in front of the torso, y beside it, for forearm and hand
+HEAD, HEAD_DISTANCE = 0.05, 0.3  # x of the head, minimum distance from it
+SHOULDER_DISTANCE = 0.25  # minimum distance of wrist, hand and tool from the shoulder
+TOOL = 0.15  # length of a tool
 
 _PERIOD = 0.05  # [s] between samples
 _STEP = 4  # samples between two rows of a design matrix in the search
@@ -32,18 +32,18 @@ _ARM = BaxterArm(mount=mount('right'), engine='python')
 
 
 def samples() -> Array:
-    """Return the times at which a trajectory is looked at, (n,) [s]."""
+    """Return the sample times of a trajectory, (n,) [s]."""
     return np.arange(0.0, DURATION + _PERIOD / 2, _PERIOD, dtype=float)
 
 
 def clearance(q: Array) -> Array:
     """
-    Return by how much the right arm keeps to the limits of place, (n,) [m]; negative: it does not.
+    Return the clearance of the right arm from the workspace limits, (n,) [m].
 
-    Looked at are the elbow, the middle of the forearm, the wrist, the middle from there to the
-    hand, the hand and the end of a tool. The torso is taken for a box, the head for a column, the
-    own shoulder for a ball, all with room for the links' radius of 0.06 m. Nothing else is known:
-    no other collision is checked.
+    It is negative outside the limits. The points checked are elbow, middle of the forearm, wrist,
+    middle of wrist and hand, hand, and tip of the tool. The torso is modelled as a box, the head
+    as a column, the shoulder as a ball, each enlarged by the link radius of 0.06 m. No other
+    collisions are checked.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def clearance(q: Array) -> Array:
 
 def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Array]:
     """
-    Return what each parameter of a calibration adds to the effort, where the parameter is 1.
+    Return the derivative of the effort with respect to each calibration parameter.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Arra
     Returns
     -------
     dict
-        Name, such as 'dahl_s0', 'gravity_x' or 'payload_mass' -> effort (n, 7). At s1 the
-        spring's terms stand in the place of a stiffness, which they can hardly be told from.
+        Name, such as 'dahl_s0', 'gravity_x' or 'payload_mass' -> effort (n, 7). At s1 the spring
+        terms replace the stiffness, which is nearly collinear with them.
 
     """
     columns = {}
@@ -104,21 +104,21 @@ def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Arra
 
 
 def presliding(q: Array) -> Array:
-    """Return Dahl's state along positions q (n, 7) [rad], which lie close to each other."""
+    """Return Dahl's state along densely sampled positions q (n, 7) [rad]."""
     state = Presliding(DAHL_LENGTH)
     return np.array([state.update(row) for row in q])
 
 
 def judge(columns: dict[str, Array]) -> tuple[float, dict[str, float]]:
     """
-    Return how well a calibration can tell its parameters apart.
+    Return measures of how well the parameters can be distinguished.
 
     Returns
     -------
     condition : float
         Condition number of the design matrix, its columns scaled to length 1.
     own : dict
-        Name -> the part of that column, 0 to 1, that no combination of the others can imitate.
+        Name -> share of the column, 0 to 1, that is independent of all other columns.
 
     """
     matrix = np.stack([column.ravel() for column in columns.values()], axis=-1)
@@ -129,21 +129,20 @@ def judge(columns: dict[str, Array]) -> tuple[float, dict[str, float]]:
 
 def search(seed: int = 2, evaluations: int = 10_000) -> Series:
     """
-    Return a trajectory that keeps to the limits and shows all parameters well.
+    Return a trajectory within the limits that identifies all parameters well.
 
-    A (1+1) evolution strategy: a random change is kept where it lowers the condition number
-    divided by the geometric mean of the columns' own parts. It depends on the last digits of
-    what is computed: on another machine the same seed may lead to another trajectory, as good.
-    Takes 25 ms an evaluation.
+    A (1+1) evolution strategy: a random change is kept if it lowers the condition number divided
+    by the geometric mean of the independent shares. Rounding differs between machines, so the same
+    seed may lead to another, equally good trajectory. An evaluation takes 25 ms.
     """
     random = np.random.default_rng(seed)
     best = _within_limits(_guess(random))
     cost, width = _cost(best), 1.0
     for _ in range(evaluations):
         candidate = _within_limits(_changed(best, random, width))
-        its_cost = _cost(candidate)
-        if its_cost < cost:
-            best, cost, width = candidate, its_cost, min(1.3 * width, 1.5)
+        new_cost = _cost(candidate)
+        if new_cost < cost:
+            best, cost, width = candidate, new_cost, min(1.3 * width, 1.5)
         else:
             width = max(0.98 * width, 0.03)
     return best
@@ -161,7 +160,7 @@ def _cost(series: Series) -> float:
 
 
 def _guess(random: np.random.Generator) -> Series:
-    """Return slow swings with s1 and e1 against each other, so that the hand stays in front."""
+    """Return slow swings with opposite s1 and e1, so that the hand stays in front."""
     center = np.array([0.0, -0.4, 0.2, 1.3, 0.0, 0.3, 0.0])
     harmonic = np.array([[2, 5, 9, 14, 20], [3, 6, 10, 15, 21], [2, 4, 8, 13, 19],
                          [3, 7, 11, 16, 22], [2, 6, 11, 17, 25], [4, 7, 12, 19, 27],
@@ -184,7 +183,7 @@ def _changed(series: Series, random: np.random.Generator, width: float) -> Serie
 
 
 def _within_limits(series: Series) -> Series:
-    """Return the series made smaller and moved so that each joint keeps to its limits."""
+    """Return the series, scaled and shifted so that each joint stays within its limits."""
     center, harmonic, sine, cosine = series
     q, qd, qdd = motion(series, samples())
     up, down = (q - center).max(axis=0), (center - q).max(axis=0)

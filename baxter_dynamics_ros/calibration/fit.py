@@ -22,8 +22,8 @@ from ..model.joints import N_JOINTS
 _T = TypeVar('_T')
 
 _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link
-# Factor on the standard deviation of a link's prior until the link is physically consistent. Larger
-# steps would end far from the margin.
+# Factor on the standard deviation of a link's prior until the link is consistent; larger steps
+# would end far from the margin.
 _TIGHTER = 0.9
 _TIES = 6  # number of iterations that tie a payload's second moments to mass and centre
 _WORSE = 0.01  # mean relative difference for which an earlier step is preferred

@@ -92,7 +92,7 @@ class BaxterArm:
 
     @cached_property
     def composite(self) -> CompositeDynamics:
-        """Same dynamics as readable matrix equations, with the link transforms."""
+        """Return the same dynamics as readable matrix equations, with the link transforms."""
         return CompositeDynamics(self.parameters, *self._inertia_and_gravity)
 
     def __reduce__(self) -> tuple[type['BaxterArm'], tuple[Any, ...]]:

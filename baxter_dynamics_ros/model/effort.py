@@ -197,6 +197,6 @@ class EffortModel:
 
     def effort(self, tau: Array, q: Array, qd: Array, qdd: Array,
                presliding: Array | None = None) -> Array:
-        """Return the measured effort (..., 7) [N m] predicted for joint torques tau (..., 7)."""
+        """Return the predicted measured effort for joint torques tau, both (..., 7) [N m]."""
         result = tau + self.spring(q) + self.other(q, qdd)
         return result + self.friction(qd, presliding) if self.has_friction else result

@@ -35,7 +35,7 @@ _FILTER_EVENTS = RESETS + (Event.SPRING_HELD,)
 # Status messages; REMEDIES has those of events. All are listed in docs/node.md.
 MESSAGES = {
     'input': 'receiving joint states on {topic}',
-    'no publisher': 'no publishers on {topic}',
+    'no publisher': '{topic} has no publisher',
     'other type': '{topic} is published as {types}; this node needs sensor_msgs/msg/JointState',
     'no messages': 'no joint states received on {topic}; publishers: {count}',
     'no names': 'joint states on {topic} have no joint names; looking for {wanted}',
@@ -68,7 +68,7 @@ MESSAGES = {
     'free': 'no contact',
     'learning': 'no contact; still learning the thresholds from free motion',
     'contact': 'contact at {joints}',
-    'long contact': 'contact at {joints} for more than 30 s: if nothing touches the arm, the '
+    'long contact': 'contact at {joints} for over 30 s: if nothing touches the arm, the '
                     'model lacks a load; set payload.* or calibrate, then call the service reset',
     'no external': 'no external effort: see the statuses input and effort',
     'withheld': '; wrench not published near a singularity of the hand',

@@ -40,7 +40,7 @@ def _settings(trajectories: tuple[str, ...]) -> tuple[Setting, ...]:
         Setting('friction', True, 'Simulate joint friction.'),
         Setting('noise', True, 'Simulate sensor noise and quantisation.'),
         Setting('seed', 0, 'Seed of the sensor noise.', lower=0, upper=2 ** 31 - 1),
-        Setting('description', '', "Path of a Baxter URDF. Empty: the URDF of hpp-baxter."),
+        Setting('description', '', 'Path of a Baxter URDF. Empty: the URDF of hpp-baxter.'),
         Setting('rate', 100.0, 'Rate of the joint states; the simulation has a time step of 1 ms.',
                 'Hz', 1.0, 1000.0),
         *(setting for setting in SETTINGS if setting.name in _PHYSICS))

@@ -150,8 +150,8 @@ class DynamicsServices:
                     None, stamp_ns(state.header), 'the given state')
         _refuse_nameless(state)
         if len(acceleration):
-            raise ArgumentError('acceleration', 'has the order of state.name, which is empty: give '
-                                'the state as well, or leave both empty')
+            raise ArgumentError('acceleration', 'has the order of state.name, which is empty: '
+                                'give the state as well, or leave both empty')
         latest = self._latest()
         step = self._recent.predicted
         now = None if step is None else step.estimate

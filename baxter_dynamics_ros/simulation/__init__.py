@@ -1,1 +1,1 @@
-"""A Baxter to try things on: MuJoCo, the manufacturer's numbers, the real sensors' ways."""
+"""Simulated Baxter: MuJoCo with the manufacturer's description and a model of the sensors."""

@@ -20,8 +20,7 @@ class Series(NamedTuple):
     cosine: Array  # (7, k) amplitudes [rad]
 
 
-# Of the right arm: the rounded result of search(seed=2, evaluations=10_000) of
-# tools/excitation_search.py, which took four minutes.
+# Right arm: rounded result of search(seed=2, evaluations=10_000) in tools/excitation_search.py.
 SERIES = Series(
     center=np.array([-0.034, -0.445, 0.027, 1.320, 0.156, 0.299, -0.231]),
     harmonic=np.array([[2, 3, 9, 14, 20],

@@ -1,4 +1,4 @@
-"""The exciting trajectory as a file that the Baxter SDK's examples play."""
+"""Exciting trajectory as a file for the playback examples of the Baxter SDK."""
 
 from pathlib import Path
 
@@ -8,30 +8,30 @@ from .exciting_trajectory import DURATION, motion, series
 from ..files import write_file
 from ..model.joints import joint_names, SIDES
 
-# Lines a second. Enough for a motion without anything above 0.5 Hz; the SDK's player solves an
-# equation with as many unknowns as the file has lines.
-RATE = 20.0  # [Hz]
-# Where the other arm waits: the SDK's neutral pose, which is the same for both arms [rad].
+# Sufficient for a motion below 0.5 Hz. The SDK's player solves a system of equations with one
+# unknown per line of the file.
+RATE = 20.0  # lines per second [Hz]
+# Rest pose of the other arm: the SDK's neutral pose, the same for both arms [rad].
 NEUTRAL = (0.0, -0.55, 0.0, 0.75, 0.0, 1.26, 0.0)
-_OPEN = 100.0  # a gripper's position [%]
+_OPEN = 100.0  # gripper position [%]
 
 
 def write_plan(path: str | Path, side: str, rate: float = RATE) -> None:
     """
-    Write the exciting trajectory as the SDK's ``joint_recorder.py`` would. Nothing moves.
+    Write the exciting trajectory in the format of the SDK's ``joint_recorder.py``.
 
-    The SDK's ``joint_trajectory_file_playback.py`` wants all columns, both grippers' among them,
-    and moves both arms: the other arm goes to :data:`NEUTRAL` and stays there; electric grippers
-    open. On its way from where the arms are to the first line it takes no care of anything.
+    The SDK's ``joint_trajectory_file_playback.py`` needs the columns of both arms and grippers and
+    moves both arms: the other arm moves to :data:`NEUTRAL` and stays there; electric grippers
+    open. The move to the first line is not collision-checked.
 
     Parameters
     ----------
     path : Path
-        The file; one that exists is replaced.
+        Output file; an existing file is replaced.
     side : str
-        The arm that moves, 'right' or 'left'.
+        Arm that moves, 'right' or 'left'.
     rate : float
-        Lines a second [Hz].
+        Lines per second [Hz].
 
     Raises
     ------

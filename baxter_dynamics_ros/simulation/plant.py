@@ -18,7 +18,7 @@ from ..model.validation import finite
 
 TIMESTEP = 0.001  # [s]
 
-# Coulomb friction of the simulated arm, of the size seen on real arms [N m].
+# Coulomb friction of the simulated arm, similar to that of real arms [N m].
 COULOMB = (0.4, 0.7, 0.3, 0.3, 0.1, 0.1, 0.03)
 
 # Torque limits of the manufacturer's robot description [N m].
@@ -109,9 +109,9 @@ class Plant:
 
     def holding_torque(self) -> Array:
         """
-        Return the gravity and spring compensation that the robot applies itself, (7,) [N m].
+        Return the robot's own gravity and spring compensation, (7,) [N m].
 
-        It knows neither a payload, nor a tilted base, nor cables.
+        It ignores payload, tilt of the base and cables.
         """
         gravity: Array = self._nominal.gravity(self.data.qpos)[self._joints]
         return gravity + self.truth.spring(self.q)
@@ -158,5 +158,5 @@ def _compile(urdf: str) -> mujoco.MjModel:
     root_end = urdf.index('>', urdf.index('<robot')) + 1
     model = mujoco.MjModel.from_xml_string(
         urdf[:root_end] + _COMPILER.format(timestep=TIMESTEP) + urdf[root_end:])
-    model.dof_damping[:] = 0.0  # the description's 0.7 was never measured
+    model.dof_damping[:] = 0.0  # the value 0.7 in the description was never measured
     return model

@@ -1,4 +1,4 @@
-"""Joint states of a fake Baxter, in the order in which the robot publishes them."""
+"""Joint states of the fake Baxter, in the order of publication by the robot."""
 
 from collections.abc import Iterator
 
@@ -37,7 +37,7 @@ class JointStates:
     Attributes
     ----------
     start_ns : int
-        As given; assign to it to skip lost time.
+        As given; assign a later value to skip time.
 
     """
 
@@ -74,7 +74,7 @@ class JointStates:
         return stamp, JOINT_STATE_NAMES, *self._robot.joint_state()
 
     def _draw(self) -> int:
-        """Return when the arms' next joint state is stamped, since the start [ns]."""
+        """Return the stamp of the arms' next joint state, relative to the start [ns]."""
         return _ns((self._arms + 1) * self._period + self._random.normal(0.0, STAMP_JITTER))
 
 

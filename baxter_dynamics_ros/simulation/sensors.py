@@ -42,7 +42,7 @@ class Sensors:
         self._noise = noise
         self._random = np.random.default_rng(seed)
         self._encoder: deque[Array] = deque(maxlen=MEAN_LENGTH + DISTANCE)
-        self._pending: list[Array] = []  # true positions that the encoder has not sampled yet
+        self._pending: list[Array] = []  # true positions not yet sampled by the encoder
         self._effort: Array = np.zeros(N_JOINTS)
 
     def read(self, q: Array, effort: Array) -> None:

@@ -26,8 +26,8 @@ def play(stamps, mode='auto', rows=ROWS, receipts=bursts(T)):
     """Play rows with stamps [ns] and times of receipt [s]; return handler and predictions."""
     predictor = PredictorSettings({'stamps': mode}).predictor(external=True)
     predictions = [
-        predictor.handle(
-            int(stamp), RIGHT, *row, START + RECEIPT + round(receipt * 1e9)).prediction
+        predictor.handle(int(stamp), RIGHT, *row,
+                         START + RECEIPT + round(receipt * 1e9)).prediction
         for stamp, row, receipt in zip(stamps, rows, receipts)]
     return predictor, predictions
 

@@ -1,1 +1,1 @@
-"""The closed form on symbols: derived, counted and written as Python and C."""
+"""Generator of the closed form: symbolic derivation, operation counts, Python and C output."""

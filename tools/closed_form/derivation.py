@@ -1,7 +1,7 @@
 """
-From a quantity to its program: the formulation, run on CasADi's symbols.
+Derivation of programs: the formulation evaluated on CasADi symbols.
 
-CasADi does the algebra (structural zeros and ones, parameters).
+CasADi removes structural zeros and ones.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,9 +22,9 @@ def program_of(quantity: Quantity, tilted: bool) -> Program:
     Parameters
     ----------
     quantity : Quantity
-        What to compute.
+        Quantity to compute.
     tilted : bool
-        Whether gravity may have any direction in frame {0}; otherwise it is along the axis of
+        Whether gravity may have any direction in frame {0}. Otherwise it is along the axis of
         joint 1, which saves a few operations.
 
     """
@@ -45,14 +45,14 @@ def trace(inputs: Sequence[Any], outputs: Sequence[Any]) -> Program:
     Parameters
     ----------
     inputs : sequence of casadi.SX
-        Scalar symbols, by whose names the program knows them.
+        Scalar symbols; their names become the names of the inputs.
     outputs : sequence
         casadi.SX scalars or numbers.
 
     Raises
     ------
     BaxterDynamicsError
-        If an expression has other operations than the four and squares.
+        If an expression contains an operation other than +, -, *, / and squares.
 
     """
     function = casadi.Function('f', [casadi.vertcat(*inputs)],

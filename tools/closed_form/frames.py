@@ -1,13 +1,13 @@
 """
-From one link's frame to the next, on scalars of any kind.
+Body frames and the transformations between them, on scalars of any type.
 
-*Body frame* k has the axis of joint k as its z axis, the origin of the paper's frame {k-1}, and
-turns with link k: 0T_{k-1} Rz(theta_k). In it the twist xi_k of joint k is Q itself, eq. (9), and
-Baxter's constants make the way to the next body frame a shift (a, 0, d) and a turn by +-90
+*Body frame* k has the axis of joint k as its z axis and the origin of the paper's frame {k-1}, and
+rotates with link k: 0T_{k-1} Rz(theta_k). In it the twist xi_k of joint k is Q itself, eq. (9).
+For Baxter the transformation to the next body frame is a shift (a, 0, d) and a rotation by +-90
 degrees about x, which only swaps axes.
 
-Scalars are floats, NumPy arrays or symbols; an absent one is the integer 0, which a symbolic
-library drops. Vectors are tuples (x, y, z), matrices tuples of rows. Indices count from 0.
+Scalars are floats, NumPy arrays or symbols; structural zeros are the integer 0, which a symbolic
+library removes. Vectors are tuples (x, y, z), matrices tuples of rows. Indices count from 0.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ Matrix = tuple[Vector, ...]  # rows
 Rows = list[list[Scalar]]
 
 N = 7
-# Of alpha of links 1 to 6, Table II: -90 or +90 degrees.
+# Sign of alpha of links 1 to 6, Table II: -90 or +90 degrees.
 _ALPHA = (-1, 1, -1, 1, -1, 1)
 
 ZERO: Vector = (0, 0, 0)
@@ -43,7 +43,7 @@ class PseudoInertia(NamedTuple):
 
 
 class Wrench(NamedTuple):
-    """What <X, xi> keeps of a matrix X: the moment about the origin and the force."""
+    """Wrench of a matrix X, which determines <X, xi>: moment about the origin, and force."""
 
     moment: Vector = ZERO
     force: Vector = ZERO
@@ -58,12 +58,12 @@ class Affine(NamedTuple):
 
 class Frames:
     """
-    The passages between body frames, at one configuration.
+    Transformations between body frames at one configuration.
 
     Parameters
     ----------
     sine, cosine : sequence of 7 scalars
-        Of theta.
+        Sine and cosine of theta.
     lengths : sequence of 6 pairs of scalars
         a and d [m] of links 1 to 6.
 
@@ -74,18 +74,18 @@ class Frames:
         self._lengths = lengths
 
     def shift(self, k: int) -> Vector:
-        """Return where body frame k + 1 has its origin, in body frame k."""
+        """Return the origin of body frame k + 1 in body frame k."""
         a, d = self._lengths[k]
         return a, 0, d
 
     def outward(self, k: int, v: Vector) -> Vector:
-        """Turn a vector from body frame k - 1, for k = 0 from frame {0}, to body frame k."""
+        """Rotate a vector from body frame k - 1 (frame {0} for k = 0) to body frame k."""
         s, c = self._turns[k]
         x, y, z = _swap(-_ALPHA[k - 1], v) if k else v
         return c * x + s * y, c * y - s * x, z
 
     def inward(self, k: int, v: Vector) -> Vector:
-        """Turn a vector from body frame k to body frame k - 1."""
+        """Rotate a vector from body frame k to body frame k - 1."""
         s, c = self._turns[k]
         x, y, z = v
         return _swap(_ALPHA[k - 1], (c * x - s * y, s * x + c * y, z))
@@ -104,7 +104,7 @@ class Frames:
     def pseudo_inertia_inward(self, k: int, j: PseudoInertia) -> PseudoInertia:
         """Return X J X^T: a pseudo-inertia of body frame k, in body frame k - 1."""
         s, c = self._turns[k]
-        # Rz: with 2c once a frame, nine operations turn the symmetric 2 x 2 block.
+        # Rz: with 2c computed once per frame, the symmetric 2 x 2 block takes nine operations.
         turn = s * (j.xx - j.yy) + (c + c) * j.xy
         xx, yy, xy = j.xx - s * turn, j.yy + s * turn, c * turn - j.xy
         xz, yz = c * j.xz - s * j.yz, s * j.xz + c * j.yz
@@ -156,6 +156,6 @@ def apply(matrix: Matrix, v: Vector) -> Vector:
 
 
 def _swap(sign: int, v: Vector) -> Vector:
-    """Turn by sign * 90 degrees about x."""
+    """Rotate by sign * 90 degrees about x."""
     x, y, z = v
     return x, -sign * z, sign * y

@@ -1,4 +1,4 @@
-"""Pose and geometric Jacobian of the hand, on scalars of any kind."""
+"""Pose and geometric Jacobian of the hand, on scalars of any type."""
 
 from collections.abc import Sequence
 
@@ -7,15 +7,15 @@ from .frames import cross, Rows, Scalar, Scalars, Vector
 
 class Hand:
     """
-    The chain from the base frame to the hand.
+    Kinematic chain from the base frame to the hand.
 
-    Joints 1 and 2, 3 and 4, 5 and 6 are pairs with perpendicular axes: two rotations of two
-    vectors each instead of two matrix products.
+    Joints 1 and 2, 3 and 4, 5 and 6 have perpendicular axes, so that each pair takes two rotations
+    of two vectors instead of two matrix products.
 
     Parameters
     ----------
     sine, cosine : sequence of 7 scalars
-        Of theta.
+        Sine and cosine of theta.
     pairs : sequence of 3 pairs of scalars
         a and d [m] of links 1, 3 and 5; those of links 2, 4 and 6 are zero.
     last : tuple of 4 scalars

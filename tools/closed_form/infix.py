@@ -1,4 +1,4 @@
-"""The text of a program: assignments in infix notation, which many languages read alike."""
+"""Text of a program: assignments in infix notation, common to many languages."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -19,18 +19,18 @@ def assignments(program: Program, outputs: Sequence[str], names: dict[str, str] 
     Parameters
     ----------
     program : Program
-        What to write.
+        Program to write.
     outputs : sequence of str
-        What to assign each output to.
+        Target of each output.
     names : dict, optional
-        Input's name -> what to call it in the text.
+        Name of an input -> name in the text.
     reuse : bool, optional
-        Whether a temporary takes the name of one that is no longer needed, so that arrays are
-        freed early; otherwise each name is assigned once.
+        Whether names of temporaries are reused, so that arrays are freed early; otherwise each
+        name is assigned once.
     longest : int, optional
-        Up to how many names an expression may hold; 2 gives an operation a line.
+        Maximum number of names in an expression; 2 gives one operation per line.
     prefix : str, optional
-        Of the temporaries' names, which are numbered from 1.
+        Prefix of the numbered names of temporaries.
 
     """
     return _Writer(program, names or {}, longest).write(outputs, reuse, prefix)
@@ -82,7 +82,7 @@ class _Writer:
         return self._leaves(n) if target is None else self._leaves_of(n)
 
     def _turn_negative_outputs(self) -> None:
-        """Swap differences where that spares an output its minus sign."""
+        """Swap differences where this removes the minus sign of an output."""
         inner = Counter(m for n in self.used if self.nodes[n][0] in OPERATORS
                         for m in self.nodes[n][1:])
         positive = {n for sign, n in self.outputs if sign > 0}
@@ -110,7 +110,7 @@ class _Writer:
             self._turn(left if self.uses[left] == 1 and self._can_turn(left) else right)
 
     def _choose_names(self, longest: int) -> set[int]:
-        """Return the nodes that are assigned to a name; others stand where they are used."""
+        """Return the nodes that are assigned to a name; others are written inline."""
         sizes: dict[int, int] = {}
         named: set[int] = set()
         twice = {n for n, times in Counter(n for _, n in self.outputs).items() if times > 1}
@@ -151,7 +151,7 @@ class _Writer:
         if n in names and not inside:
             return names[n]
         own = _PRECEDENCE[operator]
-        # What is computed first stays first: a - (b - c) and a (b c) keep their brackets.
+        # The order of evaluation is kept: a - (b - c) and a (b c) keep their parentheses.
         left = self._text(left, own, names)
         right = self._text(right, own + (1 if operator != '+' else 0), names)
         text = f'{left} {operator} {right}'

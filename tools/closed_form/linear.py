@@ -1,4 +1,4 @@
-"""A symmetric system of equations, on scalars of any kind."""
+"""Solution of a symmetric system of equations, on scalars of any type."""
 
 from .frames import Rows, Scalar, Scalars
 

@@ -1,4 +1,4 @@
-"""Products of 4 x 4 matrices in one body frame, as far as wrenches need them."""
+"""Products of 4 x 4 matrices in one body frame, reduced to the elements that wrenches need."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from .frames import (add, Affine, apply, cross, dot, Matrix, PseudoInertia, Scal
 
 
 class Acceleration(NamedTuple):
-    """A_l of eq. (5), in body frame l: an affine matrix, and what its diagonal differs by."""
+    """A_l of eq. (5) in body frame l: an affine matrix, and differences of its diagonal."""
 
     block: Matrix  # dW/dt + W W, with W = skew(omega)
     column: Vector  # acceleration of the origin, less gravity
@@ -24,13 +24,13 @@ def acceleration(omega: Vector, omega_dot: Vector, column: Vector) -> Accelerati
 
 
 def twist_matrix(omega: Vector, velocity: Vector) -> Acceleration:
-    """Return V of a body's twist, as what can stand for A: its diagonal is zero."""
+    """Return V of a twist in the form of an acceleration; its diagonal is zero."""
     x, y, z = omega
     return Acceleration(((0, -z, y), (z, 0, -x), (-y, x, 0)), velocity, ZERO)
 
 
 def change_with_axis(a: Acceleration) -> Acceleration:
-    """Return A xi - xi A: what A of body k changes by, in body frame k, with q_k."""
+    """Return A xi - xi A: derivative of A_k with respect to q_k, in body frame k."""
     (_, xy, xz), (yx, _, yz), (zx, zy, _) = a.block
     sum_, difference = xy + yx, a.spread[2]
     block = ((sum_, difference, yz), (difference, -sum_, -xz), (zy, -zx, 0))
@@ -48,13 +48,13 @@ def turned(j: PseudoInertia) -> Affine:
 
 
 def spun(omega: Vector, matrix: Affine) -> Affine:
-    """Return V X, where the velocity in V meets the zeros of X's last row."""
+    """Return V X; the linear velocity has no effect, because the last row of X is zero."""
     columns = [cross(omega, column) for column in zip(*matrix.block)]
     return Affine(tuple(zip(*columns)), cross(omega, matrix.column))
 
 
 def wrench_of(matrix: Affine) -> Wrench:
-    """Return what <X, xi> keeps of X."""
+    """Return the wrench of X."""
     (_, xy, xz), (yx, _, yz), (zx, zy, _) = matrix.block
     return Wrench((zy - yz, xz - zx, yx - xy), matrix.column)
 
@@ -92,7 +92,7 @@ def moment_of_moving_transpose(omega: Vector, velocity: Vector, h: PseudoInertia
 
 
 def unit_torques(twist: Twist, a: Acceleration) -> list[Scalar]:
-    """Return what xx yy xy xz yz hx hy of a link, one at a time, ask of the joint of a twist."""
+    """Return the torques of unit xx yy xy xz yz hx hy of a link at the joint of a twist."""
     units = (PseudoInertia(**{name: 1}) for name in ('xx', 'yy', 'xy', 'xz', 'yz', 'hx', 'hy'))
     return [pair(twist, acceleration_wrench(a, unit)) for unit in units]
 

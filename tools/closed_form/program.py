@@ -1,8 +1,8 @@
 """
-A straight-line program: outputs as sums, differences, products and quotients of inputs.
+Straight-line program: outputs as sums, differences, products and quotients of inputs.
 
-Each value is kept once up to its sign: x y and -(y x) are one product, and negations melt into
-the sums. A value is a pair (sign, index of its node).
+Each value is stored once up to its sign: x y and -(y x) are one product, and negations become
+part of sums. A value is a pair (sign, index of its node).
 """
 
 from collections import Counter
@@ -34,12 +34,12 @@ class Program:
         self._index: dict[Node, int] = {}
 
     def counts(self) -> Counter[str]:
-        """Return how many of each operator the outputs need."""
+        """Return the number of each operator that the outputs need."""
         used = Counter(self.nodes[n][0] for n in self.used())
         return Counter({operator: used[operator] for operator in OPERATORS})
 
     def operations(self) -> int:
-        """Return additions, subtractions, multiplications and divisions together."""
+        """Return the total number of operations."""
         return sum(self.counts().values())
 
     def used(self) -> list[int]:
@@ -81,7 +81,7 @@ class Program:
         return x[0] * y[0], self._node('*', *sorted((x[1], y[1])))
 
     def quotient(self, x: Value, y: Value) -> Value:
-        """Return x / y, as a product with the inverse, which serves all that divide by y."""
+        """Return x / y as a product with the inverse, which is shared by all quotients by y."""
         one = self.number(1.0)
         inverse = y[0], self._node('/', one[1], y[1])
         return inverse if x == one else self.product(x, inverse)

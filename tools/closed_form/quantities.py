@@ -1,4 +1,4 @@
-"""The quantities of the closed form: inputs, shapes, units and formulas, in one table."""
+"""Table of the quantities of the closed form: inputs, shapes, units, formulas."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -67,13 +67,12 @@ QUANTITIES = {quantity.name: quantity for quantity in (
     Quantity('jacobian', (), (_J,), lambda f: f.hand.jacobian()),
 )}
 
-# The inputs beside the state, in order: base parameters, lengths, minus gravity, and the frames of
-# the hand and of the base.
+# Further inputs in order: base parameters, lengths, minus gravity, frames of hand and base.
 UP_NAMES = ('up_x', 'up_y', 'up_z')
 HAND_NAMES = ('d1', 'a7', 'd7', 'sin_alpha7', 'cos_alpha7')
 MOUNT_NAMES = tuple(f'mount{row}{column}' for row in range(1, 4) for column in range(1, 5))
 PARAMETERS = (*TILTED_NAMES, *LENGTH_NAMES, *UP_NAMES, *HAND_NAMES, *MOUNT_NAMES)
-# Those that matter only where gravity is not along the axis of joint 1.
+# Inputs that matter only if gravity is not along the axis of joint 1.
 ONLY_TILTED = (*TILTED_NAMES[len(NAMES):], *UP_NAMES[:2])
 
 
@@ -84,12 +83,12 @@ def formulate(sine: Scalars, cosine: Scalars, parameters: dict[str, Scalar]) -> 
     Parameters
     ----------
     sine, cosine : sequence of 7 scalars
-        Of q.
+        Sine and cosine of q.
     parameters : dict
-        By the names of :data:`PARAMETERS`.
+        Values by the names in :data:`PARAMETERS`.
 
     """
-    # theta is q, but theta_2 = q_2 + pi/2.
+    # theta = q, except for theta_2 = q_2 + pi/2.
     sine, cosine = list(sine), list(cosine)
     sine[1], cosine[1] = cosine[1], -sine[1]
     links = [PseudoInertia(xx=parameters['izz1'], hx=parameters['hx1'], hy=parameters['hy1'])]

@@ -1,5 +1,5 @@
 """
-How large each form of M, C and G is: from the paper's expanded equations to ours.
+Operation counts of M, C and G, from the expanded equations of the paper to body frames.
 
 ``python -m tools.closed_form sizes`` prints the table.
 """
@@ -35,7 +35,7 @@ class Size(NamedTuple):
 
 
 class _Tally:
-    """A number that only counts what is done with it."""
+    """Number that only counts the operations applied to it."""
 
     additions = multiplications = 0
 
@@ -64,7 +64,7 @@ def expanded_terms() -> int:
 
 
 def dense_operations() -> Size:
-    """Count what eqs. (6) to (8) cost as matrix code, each product formed once."""
+    """Count the operations of eqs. (6) to (8) as matrix code, each product computed once."""
     _Tally.additions = _Tally.multiplications = 0
     full = np.full((4, 4), _Tally(), object)
     mass, symbols, _ = _equations([full] * N, full, [full] * N, triangle=True)
@@ -74,7 +74,7 @@ def dense_operations() -> Size:
 
 
 def symbolic_operations() -> Size:
-    """Count the same code with structural zeros left out and common subexpressions shared."""
+    """Count the same without structural zeros and with common subexpressions shared."""
     sine, cosine, rates = ([casadi.SX.sym(f'{x}{i}') for i in range(N)] for x in ('s', 'c', 'v'))
     symbols = [*sine, *cosine, *rates]
     links = []
@@ -132,7 +132,7 @@ def _size(form: str, program: Program) -> Size:
 
 
 def _pattern(sine: Scalars = (1,) * N, cosine: Scalars = (1,) * N) -> list[Rows]:
-    """Return eq. (2) of each link: its entries, but for the lengths in the last column."""
+    """Return the entries of eq. (2) of each link, without the lengths in the last column."""
     result = []
     for i, (d, a, alpha, _) in enumerate(paper_tables.TABLE_II):
         ca, sa = round(np.cos(alpha)), round(np.sin(alpha))
