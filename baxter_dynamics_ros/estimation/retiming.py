@@ -16,6 +16,7 @@ LATE = 0.02  # bound on the error that corrects the line [s]: a few messages are
 FAR = 0.25  # error of one message [s]
 ASIDE = 0.05  # mean error over ASIDE_TIME [s]
 ASIDE_TIME = 0.5  # [s]
+_BURST = 100  # a longer sequence of short steps is a high rate, not a delayed burst
 
 
 class ArrivalLine:
@@ -48,6 +49,7 @@ class ArrivalLine:
         self.period = self.phase = self.jitter = 0.0
         self.locked = False
         self._n = 1
+        self._skipped = 0  # messages of a delayed burst
         self._mean = 0.0  # of e [s]
 
     def update(self, step: int) -> bool:
@@ -60,7 +62,8 @@ class ArrivalLine:
             False if the arrival does not fit the line, which then restarts at it.
 
         """
-        if self._n == 1 and 0 <= step < SHORT_STEP:
+        if self._n == 1 and 0 <= step < SHORT_STEP and self._skipped < _BURST:
+            self._skipped += 1
             return True  # part of a delayed burst: start at its end
         e = step * 1e-9 - self.phase - self.period
         if abs(e) > FAR:

@@ -154,3 +154,13 @@ def test_memory_does_not_grow(mode, step):
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert after - before < 1200 * 20  # [bytes]
+
+
+def test_rates_above_the_robots_are_predicted():
+    t = np.arange(0.0, 3.0, 0.00025)
+    rows = list(zip(*measured(PredictorSettings(), t)))
+    predictor, predictions = play(nanoseconds(t), rows=rows, receipts=t)
+    assert all(p is not None for p in predictions[-1000:])
+    assert rms(predictions, 1000) < 0.2
+    counts = predictor.counts
+    assert counts['received'] == len(t) == counts['taken'] + sum(counts[e] for e in DROPPED)
