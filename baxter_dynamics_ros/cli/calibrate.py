@@ -84,8 +84,8 @@ def _comments(result: Calibration, command: str) -> list[str]:
     kind = 'parts of the recording' if result.by_time else 'recordings'
     return [
         f'Calibration of the {result.arm} arm, by baxter_dynamics_ros {__version__}:', command,
-        f'Fitted to {result.samples} samples, {result.duration:.0f} s. Other parameters keep their '
-        'defaults.', '',
+        f'Fitted to {result.samples} samples, {result.duration:.0f} s. Other parameters have '
+        'their defaults.', '',
         f'Residual RMS [N m] on {kind} left out of the fit, before and after:', *rows,
         *([''] + [f'Warning: {notice}' for notice in result.notices] if result.notices else [])]
 

@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the demo and print the comparison."""
-    picture = output_file('--output', args.output, ('.png', '.pdf', '.svg'))
+    figure = output_file('--output', args.output, ('.png', '.pdf', '.svg'))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
               f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']
@@ -95,8 +95,8 @@ def main(args: argparse.Namespace) -> int:
     signals = _signals(observer, args.arm)
     _print_comparison(signals)
     _print_services(answers)
-    plot_effort(picture, signals, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
-    say(f'figure: {picture}')
+    plot_effort(figure, signals, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
+    say(f'figure: {figure}')
     return 0
 
 

@@ -130,7 +130,7 @@ def _stream(subscriber: Subscriber, topic: str, seconds: float, lost: int) -> It
     lost = sum(source.lost for source in sources) - lost
     yield Check('lost', not lost and not subscriber.malformed,
                 f'{lost} messages lost and {subscriber.malformed} malformed in {seconds:.0f} s',
-                'use a cable instead of wireless, and reduce the load of the robot and this machine')
+                'use a cable instead of wireless, and reduce the load of both machines')
     offsets = ', '.join(f'{source.clock.offset_ns * 1e-9:+.3f} s, jitter of arrival '
                         f'{source.jitter * 1e3:.1f} ms' for source in sources)
     yield Check('clock', True, f"this machine's minus the robot's: {offsets}")

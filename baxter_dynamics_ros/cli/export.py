@@ -7,7 +7,9 @@ from pathlib import Path
 import re
 from typing import Any
 
+from .options import add_parameters
 from .outputs import output_folder
+from .printing import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
 from ..export import c, latex, matlab, python, urdf
@@ -40,9 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', metavar='PATH',
                         help='folder, or name of the file if there is only one (default: '
                         'baxter_dynamics_LANGUAGE)')
-    parser.add_argument('--params', metavar='FILE',
-                        help='parameter file of torque_predictor, such as the result of a '
-                        'calibration, with the payload, links and gravity to use')
+    add_parameters(parser, 'with the payload, links and gravity to use')
     parser.add_argument('--base-parameters', action='store_true',
                         help='print the base parameters and their meaning instead')
 
@@ -53,27 +53,27 @@ def main(args: argparse.Namespace) -> int:
         raise BaxterDynamicsError('expected either a language or --base-parameters')
     if args.base_parameters and args.output is not None:
         raise BaxterDynamicsError('--base-parameters prints a table and takes no --output')
-    settings = PredictorSettings(_read(args.params) if args.params else {})
+    settings = PredictorSettings(_read(args) if args.params else {})
     if args.base_parameters:
-        print(base_table(settings.arm))
+        write(base_table(settings.arm) + '\n')
         return 0
     texts = LANGUAGES[args.language](settings, _command(args.command_line))
     folder, files = _placed(texts, args.output or f'baxter_dynamics_{args.language}')
     write_files(folder, files)
     if args.language != 'urdf':
-        print('tau is the torque of the rigid body: springs, friction and bias of the effort '
-              'model are not exported')
-    for name in files:
-        print(f'wrote: {folder / name}')
+        say('tau is the torque of the rigid body: springs, friction and bias of the effort '
+            'model are not exported')
+    say(*(f'wrote: {folder / name}' for name in files))
     return 0
 
 
-def _read(path: str) -> dict[str, Any]:
+def _read(args: argparse.Namespace) -> dict[str, Any]:
     try:
         from ..recordings.parameter_file import read_parameters
     except ImportError as error:
         raise BaxterDynamicsError(f'--params: {error}: pip install pyyaml') from None
-    return read_parameters(path)
+    return read_parameters([Path(path).expanduser() for path in args.params], args.node,
+                           lambda line: say(f'warning: {line}'))
 
 
 def _command(command_line: str) -> str:

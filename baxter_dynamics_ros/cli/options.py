@@ -50,7 +50,7 @@ def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
                         help=f'parameter file of torque_predictor, {text}; given several times, '
                         'later files override earlier ones')
     parser.add_argument('--node', metavar='NAME', default='/torque_predictor',
-                        help='node whose parameters to take from the files (default: %(default)s)')
+                        help='node to read the parameters of (default: %(default)s)')
 
 
 def add_force(parser: argparse.ArgumentParser) -> None:

@@ -76,9 +76,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Show a predictor live, as lines or once."""
-    picture = output_file('--save', args.save, ('.svg',)) if args.save else None
+    figure = output_file('--save', args.save, ('.svg',)) if args.save else None
     duration = args.duration or (_WAIT if args.once else math.inf)
-    interruption: BaseException | None = None
     with _node() as node:
         watcher = _Watcher(node, args.node, args.topic, args.arm)
         try:
@@ -88,12 +87,9 @@ def main(args: argparse.Namespace) -> int:
                 watcher.live(1.0 / args.rate, duration)
             else:
                 watcher.lines(duration)
-        except (KeyboardInterrupt, SystemExit) as error:
-            interruption = error
-        if picture is not None:
-            watcher.save(picture)
-    if interruption is not None:
-        raise interruption
+        finally:  # also after Ctrl-C
+            if figure is not None:
+                watcher.save(figure)
     return 0
 
 
@@ -128,17 +124,16 @@ class _Watcher:
 
     def lines(self, duration: float) -> None:
         """Print a line per second and arm."""
-        with _keyboard() as is_quit:
-            for now in self._ticks(_LINE_PERIOD, duration, is_quit):
-                if now > self._started + 0.5 * _LINE_PERIOD:
-                    problem = self._problem(now)
-                    for text in [problem] if problem else [line(x, now) for x in self._shown(now)]:
-                        say(f'{time.strftime("%H:%M:%S")} {text}')
+        for now in self._ticks(_LINE_PERIOD, duration):
+            if now > self._started + 0.5 * _LINE_PERIOD:
+                problem = self._problem(now)
+                for text in [problem] if problem else [line(x, now) for x in self._shown(now)]:
+                    say(f'{time.strftime("%H:%M:%S")} {text}')
 
     def once(self, duration: float) -> None:
         """Print the view once data has arrived; raise BaxterDynamicsError if none arrives."""
         enough = math.inf
-        for now in self._ticks(0.1, duration, lambda: False):
+        for now in self._ticks(0.1, duration):
             if any(each.predicted.newest(now) for each in self._shown(now)):
                 enough = min(enough, now + _ENOUGH)
             if now >= enough and all(each.diagnostics(now) for each in self._shown(now)):
@@ -149,15 +144,15 @@ class _Watcher:
             self._console.print(self._view(now))
         write(capture.get())
 
-    def save(self, picture: Path) -> None:
+    def save(self, figure: Path) -> None:
         """Save the view as an SVG figure without web fonts."""
         console = Console(record=True, file=io.StringIO(), width=self._console.width,
                           force_terminal=True, color_system='truecolor')
         console.print(self._view(time.monotonic()))
         svg = re.sub(r'@font-face {.*?}\n', '', console.export_svg(title='baxter_dynamics watch'),
                      flags=re.DOTALL)
-        write_file(picture, svg)
-        say(f'figure: {picture}')
+        write_file(figure, svg)
+        say(f'figure: {figure}')
 
     def _view(self, now: float) -> Group:
         problem = self._problem(now)
@@ -165,7 +160,7 @@ class _Watcher:
         return Group(*heading, *(view(each, now) for each in self._shown(now)))
 
     def _ticks(self, period: float, duration: float,
-               is_quit: Callable[[], bool]) -> Iterator[float]:
+               is_quit: Callable[[], bool] = lambda: False) -> Iterator[float]:
         """Receive messages; yield the monotonic time [s] every period."""
         due = time.monotonic()
         end = due + duration

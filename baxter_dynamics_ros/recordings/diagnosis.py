@@ -108,7 +108,7 @@ def _folder_problem(folder: Path) -> 'str | None':
         files = [folder / name for name in read_metadata(folder).files]
     except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError):
         return (f'{metadata}: is not the metadata of a bag: `ros2 bag reindex {folder}` '
-                'writes it anew')
+                'writes a new one')
     missing = [file.name for file in files if not file.exists()]
     if missing:
         return (f'{folder}: {_METADATA} lists files that are missing: {", ".join(missing)}; '
@@ -156,7 +156,7 @@ def _storage_files(folder: Path) -> list[Path]:
 
 
 def _advice(path: Path, reason: str) -> str:
-    """Return what to try where the files look right from outside."""
+    """Return the remedy for files that look right from outside."""
     files = _storage_files(path) if path.is_dir() else [path]
     kinds = {_KINDS[file.suffix] for file in files if file.suffix in _KINDS}
     file = files[0] if len(files) == 1 else 'FILE'

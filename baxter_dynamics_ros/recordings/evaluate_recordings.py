@@ -126,7 +126,7 @@ class _Run:
         check = self._checker.result()
         contacts, share = self._residuals.contacts()
         if share > MOST or check is not None and any(one.refuses for one in check.problems):
-            contacts = []  # errors of the model are too large to tell
+            contacts = []  # errors of the model would be reported as contact
         return Evaluation(
             name=recording.name, topic=recording.topic, arm=recording.arm,
             duration=stamps.duration, rate=stamps.rate, counts=counts,
