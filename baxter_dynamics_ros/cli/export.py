@@ -36,7 +36,7 @@ _HEAD = 4000  # characters of a file that are searched for the mark of an export
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics export``."""
     parser.add_argument('language', nargs='?', choices=tuple(LANGUAGES),
-                        help='language to write; python works with floats, NumPy, CasADi, SymPy, JAX '
+                        help='language to write; python is for floats, NumPy, CasADi, SymPy, JAX '
                         "and PyTorch; urdf is the manufacturer's description with the arm's "
                         'masses, inertias and friction')
     parser.add_argument('-o', '--output', metavar='PATH',
@@ -83,7 +83,7 @@ def _command(command_line: str) -> str:
 
 
 def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
-    """Return the folder and its new files; raise BaxterDynamicsError rather than replace others."""
+    """Return the folder and its new files; refuse to replace files of others."""
     path = Path(output).expanduser().resolve()
     if path.suffix in {Path(name).suffix for name in texts} and not path.is_dir():
         if len(texts) > 1:

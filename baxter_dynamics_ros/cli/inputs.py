@@ -18,7 +18,7 @@ def read_inputs(args: argparse.Namespace) -> tuple[dict[str, Any], Recordings]:
     paths = [Path(path).expanduser() for path in args.params]
     values = read_parameters(paths, args.node, warn) if paths else {}
     if args.arm and values.get('arm', args.arm) != args.arm:
-        warn(f"the parameters are those of the {values['arm']} arm; friction, bias and tilt differ "
+        warn(f"the parameters are of the {values['arm']} arm; friction, bias and tilt differ "
              'between arms')
     recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
                                  args.arm or values.get('arm'))

@@ -130,8 +130,8 @@ def _checked(path: Path, contents: dict[str, Any]) -> ArrayFile:
     n = len(np.atleast_1d(contents['position']))
     rows = contents.setdefault('recording', np.zeros(n, int))
     names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
-    rules = {key: ((n, len(joints)), 'fiu', f'have {n} rows of {len(joints)} numbers (as joint_names)')
-             for key in _ARRAYS} | {
+    table = f'have {n} rows of {len(joints)} numbers (as joint_names)'
+    rules = {key: ((n, len(joints)), 'fiu', table) for key in _ARRAYS} | {
         'recording': ((n,), 'iu', f'have {n} integers'),
         'period': ((), 'fiu', f'be a number of seconds up to {_LONGEST:g}'),
         'stamp': ((n,), 'fiu', f'have {n} numbers of seconds from 0 to 2^31')}

@@ -23,7 +23,7 @@ class Channel(NamedTuple):
     kind: str  # type as ROS 2 writes it, 'package/msg/Name'
     encoding: str  # 'cdr', 'ros1' or another one
     count: int  # type: ignore[assignment]  # messages; a tuple has a method of that name
-    id: int  # unique in the file
+    number: int  # unique in the file
     file: int = 0  # index of the file in the bag
 
 
@@ -57,7 +57,7 @@ class BagFiles:
         """Yield channel, time of recording [ns] and data of each message, file by file."""
         decompress = zstandard.ZstdDecompressor().decompress
         for i, file in enumerate(self._files):
-            chosen = {channel.id: channel for channel in channels if channel.file == i}
+            chosen = {channel.number: channel for channel in channels if channel.file == i}
             if not chosen:
                 continue
             for id_, received_ns, raw in file.messages(chosen):
