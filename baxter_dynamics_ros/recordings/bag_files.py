@@ -123,7 +123,7 @@ class _McapFile:
 
     def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
         self._stream.seek(0)
-        topics = {channel.topic for channel in self.channels if channel.id in ids}
+        topics = {channel.topic for channel in self.channels if channel.number in ids}
         sort = self._is_indexed or not topics.isdisjoint(self._unordered)
         reader = (SeekingReader if self._is_indexed else NonSeekingReader)(
             self._stream, True, record_size_limit=self._limit)
