@@ -51,27 +51,31 @@ class Section(NamedTuple):
 def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
                      total: Total | Evaluation, command: str, parameters: str) -> None:
     """
-    Write report.html, summary.csv, summary.json and figures/*.svg.
+    Write summary.csv and summary.json; then draw and write figures/*.svg and report.html.
 
     Parameters
     ----------
     folder : Path
-        Made where it is missing; what else is in it stays.
+        Created if missing; other files in it stay.
     evaluations : sequence of Evaluation
-        One a recording, at least one.
-    total : Total
-        Over all recordings; the single Evaluation where there is one.
+        At least one, each of one recording.
+    total : Total or Evaluation
+        Over all recordings; the Evaluation itself if there is one.
     command : str
-        The command that asked for it.
+        Command line that made them.
     parameters : str
-        The parameter file's name, or 'defaults of the package'.
+        Name of the parameter file, or 'defaults of the package'.
 
     Raises
     ------
     BaxterDynamicsError
-        If something cannot be written. Then what was there before is still there.
+        If a file cannot be written.
 
     """
+    write_files(folder, {
+        'summary.json': encoded(summary_json(evaluations, total, command, parameters)),
+        # The byte order mark tells spreadsheets that the file is UTF-8.
+        'summary.csv': b'\xef\xbb\xbf' + encoded(summary_csv(evaluations))})
     sections = [_section(i, evaluation) for i, evaluation in enumerate(evaluations, 1)]
     addresses = [f'#recording-{i}' for i in range(1, len(sections) + 1)]
     page = render(
@@ -84,14 +88,7 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
         command=command, parameters=parameters, version=__version__)
     figures = {f'figures/{picture.name}.svg': picture.svg
                for section in sections for picture in section.pictures}
-    numbers = summary_json(evaluations, total, command, parameters)
-    write_files(folder, {
-        **figures,
-        'summary.json': encoded(numbers),
-        # The mark tells spreadsheets that it is UTF-8.
-        'summary.csv': b'\xef\xbb\xbf' + encoded(summary_csv(evaluations)),
-        'report.html': page,
-    })
+    write_files(folder, {**figures, 'report.html': page})
 
 
 def _section(number: int, evaluation: Evaluation) -> Section:

@@ -102,5 +102,5 @@ def test_without_a_compiler_the_build_says_so_in_one_line(tmp_path):
     assert done.returncode == 0, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith('baxter_dynamics_ros')]
     assert line.startswith('baxter_dynamics_ros: the compiled engine was not built (')
-    assert line.endswith('); Python computes instead')
+    assert line.endswith('); using the Python engine')
     assert not list(tmp_path.rglob('*.so'))

@@ -102,4 +102,4 @@ def test_refuses_a_folder_that_is_not_empty(tmp_path, capsys, verb):
 def test_refuses_a_folder_that_cannot_be_made(tmp_path, capsys, output):
     (tmp_path / 'file').write_text('mine')
     assert main(['experiment', 'circle', '-o', str(tmp_path / output)]) == 1
-    assert 'cannot be a folder' in capsys.readouterr().err
+    assert 'cannot be created' in capsys.readouterr().err
