@@ -109,7 +109,7 @@ class _Run:
             gravity=gravity.round(12),  # exactly zero at s0
             spring=model.spring(q), friction=model.friction(qd, z),
             other=np.broadcast_to(model.other(q, qdd), q.shape))
-        time = self._clock.elapsed(estimate.stamp_ns)
+        time = self._clock.elapsed(estimate.stamp_ns, block.dt)
         self.bands.add(time, np.stack(
             [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
         there = np.isfinite(measured[:, 0])

@@ -40,6 +40,7 @@ class Block(NamedTuple):
     qd: Array  # (n, 7) newest usable velocity [rad/s]; NaN where there is none
     measured_qd: Array  # (n, 7) newest velocity, even if the positions contradict it [rad/s]
     effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
+    dt: Array  # (n,) time since the previous measurement [s]
     first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
 
 
@@ -72,7 +73,7 @@ def _stacked(rows: list[_Row]) -> Block:
         Estimate(np.array(stamp), *map(_array, (q, qd, qdd, measured, presliding))),
         _array([state.q for state in newest]), velocity,
         _array([state.measured_qd for state in newest]),
-        _array([state.effort for state in newest]), difference)
+        _array([state.effort for state in newest]), dt, difference)
 
 
 def _array(values: Iterable[Array | None]) -> Array:

@@ -177,6 +177,16 @@ def test_gaps_are_a_warning_and_stay_gaps():
     assert found.rate == pytest.approx(100.0, rel=1e-3)
 
 
+def test_a_restart_of_the_filter_loses_no_message():
+    recording = Recording()
+    recording.qd = np.zeros_like(recording.qd)  # contradicts the positions: a restart
+    kinds = {notice.kind for notice in Evaluator({}).evaluate(recording).notices}
+    assert 'velocity_mismatch' in kinds and 'lost' not in kinds
+    recording = Recording(stamps=START + 10 ** 7 * np.delete(np.arange(1500), slice(700, 720)))
+    kinds = {notice.kind for notice in Evaluator({}).evaluate(recording).notices}
+    assert 'lost' in kinds
+
+
 def test_a_refused_setting_is_refused_before_work_begins():
     with pytest.raises(ArgumentError, match='payload.mass'):
         Evaluator({'payload.mass': -1.0})
