@@ -132,12 +132,7 @@ def _spin(node: Node) -> None:
     try:
         executor.spin()
     finally:
-        # A second signal, as ros2 launch may send, must not interrupt the shutdown. The signal
-        # thread of rclpy uses the executor's guard condition, so it must end first; ending it may
-        # restore the earlier handlers.
-        _ignore_signals()
-        uninstall_signal_handlers()
-        _ignore_signals()
+        _ignore_signals()  # ends the thread of rclpy that uses the executor's guard condition
         executor.shutdown()
 
 
@@ -150,6 +145,7 @@ def _shut_down(node: Node | None) -> None:
     process then exits with code 1 and prints the stack on stderr.
     """
     faulthandler.dump_traceback_later(_SHUTDOWN_LIMIT, exit=True, file=2)
+    _ignore_signals()
     if node is not None:
         with suppress(RuntimeError):  # some entities need a valid context
             node.destroy_node()
@@ -158,7 +154,12 @@ def _shut_down(node: Node | None) -> None:
 
 
 def _ignore_signals() -> None:
-    for each in (signal.SIGINT, signal.SIGTERM):
+    """Keep a second signal, as ros2 launch may send, from interrupting the shutdown."""
+    signals = (signal.SIGINT, signal.SIGTERM)
+    for each in signals:
+        signal.signal(each, signal.SIG_IGN)
+    uninstall_signal_handlers()  # may restore the earlier handlers
+    for each in signals:
         signal.signal(each, signal.SIG_IGN)
 
 
