@@ -27,7 +27,7 @@ offline = [
     'pyyaml>=6.0',
     'matplotlib==3.10.9',
     'jinja2>=3.1',
-    'rich==15.0.0',
+    'rich>=13.3.3',
 ]
 # Parameter files, and the manufacturer's robot description for `export urdf`.
 export = ['pyyaml>=6.0', 'hpp-baxter==9.0.2']
