@@ -58,8 +58,8 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
                 rows = slice(part.start + start, part.start + end)
                 peak = signal[rows][int(np.abs(signal[rows]).argmax())]
                 middle = float(np.median(q[rows, joint]))
-                at_stop = (middle > POSITION_UPPER[joint] - _STOP
-                           or middle < POSITION_LOWER[joint] + _STOP)
+                at_stop = not (POSITION_LOWER[joint] + _STOP <= middle
+                               <= POSITION_UPPER[joint] - _STOP)
                 found.append(Contact(JOINTS[joint], float(time[rows.start]),
                                      float(time[rows.stop - 1]), float(peak), at_stop, recording))
     return found

@@ -1,5 +1,7 @@
 """Altered recordings: evaluate states what is wrong with numbers, calibrate refuses."""
 
+import json
+
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
@@ -174,6 +176,7 @@ def test_contact_is_large_and_lasts_and_a_stop_is_named():
     q[190:310, 2] = -3.04
     (contact,) = find_contacts(time, residual, q, 'run')
     assert str(contact) == 'e0 at its stop, 8 N m, from 2.0 to 3.0 s of run'
+    assert json.loads(json.dumps(contact)) == list(contact)  # as summary.json needs
     assert contact_rows(time, [contact]).sum() == pytest.approx(140, abs=3)
     assert JOINTS[2] == contact.joint
 
