@@ -1,19 +1,25 @@
 """Results of a calibration."""
 
 from dataclasses import dataclass
-from typing import Any, TYPE_CHECKING
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .term import Fitted
-from ..model.arrays import Array
+from ..model.arrays import Array, Bools
 from ..recordings.contact_intervals import Contact
 from ..recordings.data_check import DataCheck
 from ..recordings.notices import Notice
 from ..recordings.velocity_lag import Lag
 
-if TYPE_CHECKING:
-    from .selection import Step
+
+class Selection(NamedTuple):
+    """Cross-validated residual after one more term."""
+
+    term: str
+    joints: tuple[int, ...]  # indices of the joints where it was kept
+    rms: Array  # (7,) of recordings left out, with all terms kept so far [N m]
+    active: Bools = np.zeros(0, dtype=bool)  # (p,) parameters kept so far
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +47,7 @@ class Calibration:
         All settings of the predictor, initial and calibrated, both with the measured velocity lag.
     parameters : list of Fitted
         Fitted quantities.
-    steps : list of Step
+    steps : list of Selection
         Cross-validated residual after each term that was tried; the first has no term.
     judged : list of Judged
         Results of the folds.
@@ -66,7 +72,7 @@ class Calibration:
     before: dict[str, Any]
     values: dict[str, Any]
     parameters: list[Fitted]
-    steps: 'list[Step]'
+    steps: list[Selection]
     judged: list[Judged]
     by_time: bool
     lag: 'Lag | None'

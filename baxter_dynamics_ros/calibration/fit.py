@@ -7,12 +7,12 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from .body_terms import Links, Tilt, Tool
-from .calibration_results import Judged
+from .calibration_results import Judged, Selection
 from .fit_data import Motion
 from .identifiability import turning, unknown
 from .noise import correlation_times, SHORTEST
 from .normal import information, NormalEquations, Regressor, solve
-from .selection import select, Step
+from .selection import select
 from .term import Fitted, Term
 from ..estimation.predictor import Estimate
 from ..estimation.settings import PredictorSettings
@@ -69,7 +69,7 @@ class Problem(NamedTuple):
 class Choice(NamedTuple):
     """Selected terms, and a preliminary fit."""
 
-    steps: list[Step]
+    steps: list[Selection]
     unidentifiable: dict[int, list[str]]  # joint -> names of unidentifiable terms
     values: dict[str, Any]  # settings of the preliminary fit
 
@@ -106,7 +106,7 @@ def choose(problem: Problem, wanted: Collection[str]) -> Choice:
     return Choice(steps, lost, problem.updated(b))
 
 
-def best_fit(problem: Problem, steps: Sequence[Step]) -> tuple[Fit, int]:
+def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple[Fit, int]:
     """
     Return the fit of all chosen terms, or of an earlier step if that predicts better.
 
@@ -114,7 +114,7 @@ def best_fit(problem: Problem, steps: Sequence[Step]) -> tuple[Fit, int]:
     ----------
     problem : Problem
         Terms and data.
-    steps : sequence of Step
+    steps : sequence of Selection
         From :func:`choose`.
 
     Returns
@@ -138,7 +138,7 @@ def best_fit(problem: Problem, steps: Sequence[Step]) -> tuple[Fit, int]:
     return fit, last
 
 
-def fit_terms(problem: Problem, step: Step) -> Fit:
+def fit_terms(problem: Problem, step: Selection) -> Fit:
     """Fit the parameters kept by a step, and cross-validate over the motions."""
     active = step.active
     b = _solve(problem, problem.whole, problem.weights(step.rms), active)

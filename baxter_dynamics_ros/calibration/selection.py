@@ -1,23 +1,14 @@
 """Selection of terms by cross-validation."""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
+from .calibration_results import Selection
 from .normal import NormalEquations, Regressor, solve
 from .term import Term
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
-
-
-class Step(NamedTuple):
-    """Cross-validated residual after one more term."""
-
-    term: str
-    joints: tuple[int, ...]  # indices of the joints where it was kept
-    rms: Array  # (7,) of recordings left out, with all terms kept so far [N m]
-    active: Bools = np.zeros(0, dtype=bool)  # (p,) parameters kept so far
 
 
 class LeftOut:
@@ -53,7 +44,7 @@ class LeftOut:
 
 
 def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
-           wanted: Collection[str], unknown: Bools) -> list[Step]:
+           wanted: Collection[str], unknown: Bools) -> list[Selection]:
     """
     Select the terms that improve the cross-validated residual.
 
@@ -72,14 +63,14 @@ def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
 
     Returns
     -------
-    list of Step
+    list of Selection
         The first has no term.
 
     """
     left_out = LeftOut(regressor, folds)
     active = np.zeros(len(regressor.parameters), dtype=bool)
     error = left_out.whole.square.copy()
-    steps = [Step('', (), left_out.rms(error), active.copy())]
+    steps = [Selection('', (), left_out.rms(error), active.copy())]
     shared = False
     for term, where in _in_turn(regressor, left_out, weights, active):
         trial = active.copy()
@@ -110,7 +101,7 @@ def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
                     active[own] = True
                     error[joint] = new
                     kept += (joint,)
-        steps.append(Step(term.name, kept, left_out.rms(error), active.copy()))
+        steps.append(Selection(term.name, kept, left_out.rms(error), active.copy()))
     return steps
 
 

@@ -1,19 +1,14 @@
 """What a calibration gained, in sentences: did it help, can it be trusted, what to record."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .calibration_terms import parameter_name, PER_JOINT, term_name, value_text
 from .findings import Finding, percent, torque
 from .page import change, number
 from ..calibration.calibrate_robot import sweeps
-from ..calibration.calibration_results import Calibration
+from ..calibration.calibration_results import Calibration, Selection
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS
-
-if TYPE_CHECKING:
-    from ..calibration.selection import Step
 
 _SAME = 0.005  # a residual that differs by a smaller share is the same
 _WORSE = 0.02  # a single recording is called worse from this share on
@@ -189,7 +184,7 @@ def _record_next(calibration: Calibration) -> 'Finding | None':
                    'exciting motion of one minute.')
 
 
-def _shares(steps: 'list[Step]') -> Array:
+def _shares(steps: list[Selection]) -> Array:
     """Return which share of the residual each step took away, (steps, 7), less than 1."""
     rms = np.maximum([step.rms for step in steps], 1e-9)
     return 1.0 - rms[1:] / rms[:-1]

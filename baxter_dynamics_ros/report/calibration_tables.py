@@ -1,21 +1,16 @@
 """The calibration report's tables, as data."""
 
 import math
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .calibration_terms import parameter_name, term_name, unit_name
 from .model_figures import effort_model, spring_effort
 from .page import change, decimals, NO_VALUE, number
 from .tables import Column, Table
-from ..calibration.calibration_results import Calibration
+from ..calibration.calibration_results import Calibration, Selection
 from ..calibration.term import Fitted
 from ..model.arrays import Array
 from ..model.joints import JOINTS, N_JOINTS
-
-if TYPE_CHECKING:
-    from ..calibration.selection import Step
 
 _ANGLES = 9  # at which the spring is listed
 
@@ -117,7 +112,7 @@ def _texts(fitted: Fitted) -> tuple[str, str, str, str]:
             number(moved, 1))
 
 
-def _where_kept(step: 'Step') -> Array:
+def _where_kept(step: Selection) -> Array:
     rms = np.full(N_JOINTS, np.nan)
     kept = list(step.joints)
     rms[kept] = step.rms[kept]

@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.calibration_results import Calibration, Judged
-from baxter_dynamics_ros.calibration.selection import Step
+from baxter_dynamics_ros.calibration.calibration_results import Calibration, Judged, Selection
 from baxter_dynamics_ros.calibration.term import Fitted
 from baxter_dynamics_ros.estimation.settings import DEFAULTS
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
@@ -39,11 +38,11 @@ def too_short():
 @pytest.fixture(scope='session')
 def calibration():
     """Return a calibration from two recordings, 30 s and 10 s long."""
-    steps = [Step('', (), BEFORE),
-             Step('bias', tuple(range(7)), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
-             Step('viscous', (), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
-             Step('dahl', (0, 1), BEFORE * [0.4, 0.3, 0.5, 0.5, 0.5, 0.5, 0.5]),
-             Step('tilt', tuple(range(7)), BEFORE * [0.5, 0.4, 0.5, 0.5, 0.5, 0.5, 0.5])]
+    steps = [Selection('', (), BEFORE),
+             Selection('bias', tuple(range(7)), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
+             Selection('viscous', (), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
+             Selection('dahl', (0, 1), BEFORE * [0.4, 0.3, 0.5, 0.5, 0.5, 0.5, 0.5]),
+             Selection('tilt', tuple(range(7)), BEFORE * [0.5, 0.4, 0.5, 0.5, 0.5, 0.5, 0.5])]
     changes = {'effort_model.bias': (0.5, -0.25, 0.125, 0.0, 0.0, 0.0, 0.0625),
                'effort_model.dahl': (0.3, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0),
                'effort_model.dahl_length': 0.05, 'gravity': (0.171, -0.0856, -9.808)}

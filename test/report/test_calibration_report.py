@@ -6,8 +6,7 @@ from html import unescape
 import re
 from xml.etree import ElementTree
 
-from baxter_dynamics_ros.calibration.calibration_results import Judged
-from baxter_dynamics_ros.calibration.selection import Step
+from baxter_dynamics_ros.calibration.calibration_results import Judged, Selection
 from baxter_dynamics_ros.calibration.term import Fitted
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import JOINTS
@@ -41,7 +40,7 @@ def nothing_kept(calibration):
     """Return a calibration that kept no term, and judged a perfect prediction by time."""
     off = {**calibration.before, 'effort_model.enabled': False}
     return replace(calibration, before=off, values=off, parameters=[], notices=(), by_time=True,
-                   steps=[Step('', (), np.zeros(7)), Step('bias', (), np.zeros(7))], lag=None,
+                   steps=[Selection(term, (), np.zeros(7)) for term in ('', 'bias')], lag=None,
                    judged=[Judged(f'run, part {i}', 5.0, np.zeros(7), np.zeros(7))
                            for i in range(5)])
 
