@@ -1,6 +1,7 @@
 """The calibration report's tables, as data."""
 
 import math
+
 import numpy as np
 
 from .calibration_terms import parameter_name, term_name, unit_name
