@@ -25,7 +25,7 @@ arm = BaxterArm(payload=Payload(0.5, [0.0, 0.0, 0.1]), gravity=(0, 0, -1.62))
 q = [0.0] * 7
 reveal_type(arm.gravity(q))  # ndarray
 reveal_type(arm.terms(q, np.zeros((3, 7)))[0])  # ndarray
-reveal_type(EffortModel(bias=q).has_friction)  # bool
+reveal_type(EffortModel(bias=np.zeros(7)).has_friction)  # bool
 predictor = PredictorSettings({'arm': 'left'}).predictor()
 step = predictor.handle(0, ['left_s0'], np.zeros(1), np.zeros(1), np.zeros(1))
 reveal_type(step.begins)  # bool

@@ -25,8 +25,5 @@ class ArmModel(NamedTuple):
         The momentum includes the added inertia of the effort model: its contribution to the effort
         is the time derivative of its contribution to the momentum.
         """
-        terms = self.links_momentum(q, qd)
-        if not self.effort_model.has_added_inertia:
-            return terms
-        momentum, coriolis, gravity = terms
+        momentum, coriolis, gravity = self.links_momentum(q, qd)
         return momentum + self.effort_model.added_inertia * qd, coriolis, gravity

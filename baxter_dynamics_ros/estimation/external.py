@@ -16,7 +16,6 @@ from ..model.presliding import Presliding
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]
-_ZERO = np.zeros(N_JOINTS)
 _NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
 
@@ -149,6 +148,6 @@ class ExternalEffort:
         """Return the momentum [N m s] and its rate without external torque [N m], (7,) each."""
         effort = model.effort_model
         presliding = self._presliding.z if effort.has_dahl else None
-        tau = measured - effort.effort(_ZERO, q, qd, _ZERO, presliding)
+        tau = effort.torque(measured, q, qd, presliding)
         momentum, coriolis, gravity = model.momentum_terms(q, qd)
         return momentum, tau + coriolis - gravity

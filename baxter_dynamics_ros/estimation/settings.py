@@ -21,8 +21,8 @@ from .stream import Stream
 from ..model import paper_tables
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
-from ..model.effort import (COULOMB_VELOCITY, DAHL_LENGTH, EffortModel, SPRING_COEFFICIENTS,
-                            SPRING_RANGE)
+from ..model.effort import (COULOMB_VELOCITY, CROSSTALK, DAHL_LENGTH, EffortModel,
+                            SPRING_COEFFICIENTS, SPRING_RANGE)
 from ..model.exceptions import ArgumentError
 from ..model.joints import BASE_FRAME, mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
@@ -133,6 +133,17 @@ SETTINGS = (
             -50.0, 50.0),
     Setting('effort_model.added_inertia', _ZEROS,
             'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0),
+    Setting('effort_model.crosstalk', tuple(CROSSTALK.ravel().tolist()),
+            'Share of the effort of each joint in the measured effort of another: 7 x 7, row by '
+            'row, row i for the measured effort of joint i; the diagonal is zero.', '', -0.5, 0.5),
+    Setting('effort_model.deviation', _ZEROS,
+            'Expected standard deviation of the residual per joint at rest.', 'N m', 0.0, 100.0),
+    Setting('effort_model.deviation_velocity', _ZEROS,
+            'Expected standard deviation of the residual per joint and velocity.', 'N m s/rad',
+            0.0, 100.0),
+    Setting('effort_model.deviation_acceleration', _ZEROS,
+            'Expected standard deviation of the residual per joint and acceleration.',
+            'N m s^2/rad', 0.0, 100.0),
     Setting('external_effort.gain', GAIN,
             'Gain of the momentum observer, the inverse of its time constant.', '1/s', 0.5, 100.0),
     Setting('contact.floor', FLOOR, 'Minimum contact threshold per joint.', 'N m', 0.001, 100.0),
@@ -216,6 +227,7 @@ class PredictorSettings:
                              parameters=link_parameters(**self._group('links')))
         effort = self._group('effort_model')
         enabled = effort.pop('enabled')
+        effort['crosstalk'] = np.reshape(effort['crosstalk'], (N_JOINTS, N_JOINTS))
         model = EffortModel(**effort)  # validated even if disabled
         self.effort_model = model if enabled else EffortModel.rigid()
         self.model = ArmModel(

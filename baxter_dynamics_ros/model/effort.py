@@ -1,23 +1,25 @@
 r"""
 Effort model: difference between measured effort and joint torque tau.
 
-    effort = tau + spring(q_s1) + friction + bias + stiffness q + added_inertia qdd
+    effort = (I + crosstalk) (tau + spring(q_s1) + friction + bias + stiffness q
+                              + added_inertia qdd)
 
 Two strong springs act on s1 in parallel with the motor and help carry the arm, so the measured
 effort does not contain their share of tau_s1. Simulators have no springs, see
 :meth:`EffortModel.rigid`.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from .arrays import Array, ArrayLike, Bools
 from .exceptions import ArgumentError
 from .joints import N_JOINTS, S1
-from .validation import finite, number
+from .validation import finite
 
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
 # robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
@@ -32,12 +34,16 @@ COULOMB_VELOCITY = 0.05
 # Angle over which Dahl friction reverses [rad].
 DAHL_LENGTH = 0.02
 
-_PER_JOINT = ('coulomb', 'viscous', 'dahl', 'bias', 'stiffness', 'added_inertia')
-_NOT_NEGATIVE = ('coulomb', 'viscous', 'dahl')
+# Share of the effort of joint j (column) in the measured effort of joint i (row).
+CROSSTALK = np.zeros((N_JOINTS, N_JOINTS))
+
+_ZEROS = (0.0,) * N_JOINTS
 
 
-def _zeros() -> Array:
-    return np.zeros(N_JOINTS)
+def _value(default: ArrayLike, lower: float = -math.inf) -> Any:
+    """Return a field with the shape of its default; its elements are not below ``lower``."""
+    return field(default_factory=lambda: default,
+                 metadata={'shape': np.shape(default), 'lower': lower})
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +72,16 @@ class EffortModel:
     added_inertia : array_like (7,)
         Apparent inertia in addition to the links' [kg m^2], of either sign:
         ``added_inertia * qdd``.
+    crosstalk : array_like (7, 7)
+        Share of the effort of joint j (column) in the measured effort of joint i (row). The
+        diagonal is zero; the absolute values of a row sum to less than 1.
+    deviation, deviation_velocity, deviation_acceleration : array_like (7,)
+        Standard deviation of the residual at rest [N m], per velocity [N m s/rad] and per
+        acceleration [N m s^2/rad], not negative, see :meth:`deviation_at`.
     coulomb_velocity : float
         Velocity scale of the smoothed sign [rad/s].
     dahl_length : float
         Angle over which Dahl friction reverses [rad].
-    has_spring, has_friction, has_dahl, has_added_inertia : bool
-        Whether any coefficient of the term is not zero; friction includes Dahl friction.
 
     Raises
     ------
@@ -80,73 +90,72 @@ class EffortModel:
 
     """
 
-    spring_coefficients: Array = SPRING_COEFFICIENTS  # type: ignore[assignment]  # array_like
-    spring_range: Array = SPRING_RANGE  # type: ignore[assignment]
-    coulomb: Array = field(default_factory=_zeros)
-    viscous: Array = field(default_factory=_zeros)
-    dahl: Array = field(default_factory=_zeros)
-    bias: Array = field(default_factory=_zeros)
-    stiffness: Array = field(default_factory=_zeros)
-    added_inertia: Array = field(default_factory=_zeros)
-    coulomb_velocity: float = COULOMB_VELOCITY
-    dahl_length: float = DAHL_LENGTH
-
-    if TYPE_CHECKING:  # derived attributes, and array_like arguments
-        has_spring: bool = field(init=False)
-        has_friction: bool = field(init=False)
-        has_dahl: bool = field(init=False)
-        has_added_inertia: bool = field(init=False)
-        _has_cables: bool = field(init=False)
-        _spring: tuple[float, ...] = field(init=False)
-        _border: tuple[float, float] = field(init=False)
-
-        def __init__(self, spring_coefficients: ArrayLike = ..., spring_range: ArrayLike = ...,
-                     coulomb: ArrayLike = ..., viscous: ArrayLike = ..., dahl: ArrayLike = ...,
-                     bias: ArrayLike = ..., stiffness: ArrayLike = ...,
-                     added_inertia: ArrayLike = ..., coulomb_velocity: float = ...,
-                     dahl_length: float = ...) -> None:
-            ...
+    spring_coefficients: Array = _value(SPRING_COEFFICIENTS)
+    spring_range: Array = _value(SPRING_RANGE)
+    coulomb: Array = _value(_ZEROS, 0.0)
+    viscous: Array = _value(_ZEROS, 0.0)
+    dahl: Array = _value(_ZEROS, 0.0)
+    bias: Array = _value(_ZEROS)
+    stiffness: Array = _value(_ZEROS)
+    added_inertia: Array = _value(_ZEROS)
+    crosstalk: Array = _value(CROSSTALK)
+    deviation: Array = _value(_ZEROS, 0.0)
+    deviation_velocity: Array = _value(_ZEROS, 0.0)
+    deviation_acceleration: Array = _value(_ZEROS, 0.0)
+    coulomb_velocity: float = _value(COULOMB_VELOCITY, 1e-6)
+    dahl_length: float = _value(DAHL_LENGTH, 1e-6)
 
     def __post_init__(self) -> None:
-        """Validate the arguments and store read-only arrays."""
-        shapes = {'spring_coefficients': (5,), 'spring_range': (2,),
-                  **dict.fromkeys(_PER_JOINT, (N_JOINTS,))}
-        for name, shape in shapes.items():
-            value = finite(f'effort_model.{name}', getattr(self, name), shape).copy()
+        """Validate the values and store read-only arrays."""
+        for each in fields(self):
+            value = finite(_name(each.name), getattr(self, each.name), each.metadata['shape'])
+            self._require(each.name, bool((value >= each.metadata['lower']).all()),
+                          f'no value below {each.metadata["lower"]:g}')
+            value = value.copy()
             value.flags.writeable = False
-            object.__setattr__(self, name, value)
-        for name in _NOT_NEGATIVE:
-            if getattr(self, name).min() < 0.0:
-                raise ArgumentError(f'effort_model.{name}',
-                                    f'expected no negative value, got {getattr(self, name)}')
-        if self.spring_range[0] >= self.spring_range[1]:
-            raise ArgumentError('effort_model.spring_range',
-                                f'expected lower < upper, got {self.spring_range}')
-        set_ = object.__setattr__
-        for name in ('coulomb_velocity', 'dahl_length'):
-            set_(self, name, number(f'effort_model.{name}', getattr(self, name), lower=1e-6))
-        # Plain numbers for the single states of a stream.
-        set_(self, 'has_spring', bool(self.spring_coefficients.any()))
-        set_(self, 'has_dahl', bool(self.dahl.any()))
-        set_(self, 'has_friction', bool(self.has_dahl or self.coulomb.any() or self.viscous.any()))
-        set_(self, '_has_cables', bool(self.stiffness.any()))
-        set_(self, 'has_added_inertia', bool(self.added_inertia.any()))
-        set_(self, '_spring', tuple(self.spring_coefficients.tolist()))
-        set_(self, '_border', tuple(self.spring_range.tolist()))
+            object.__setattr__(self, each.name, value if value.ndim else float(value))
+        self._require('spring_range', self.spring_range[0] < self.spring_range[1], 'lower < upper')
+        self._require('crosstalk', not self.crosstalk.diagonal().any()
+                      and np.abs(self.crosstalk).sum(axis=1).max() < 1.0,
+                      'a zero diagonal, and rows whose absolute values sum to less than 1')
+
+    def _require(self, name: str, condition: bool, expected: str) -> None:
+        if not condition:
+            raise ArgumentError(_name(name), f'expected {expected}, got {getattr(self, name)}')
 
     @classmethod
     def rigid(cls) -> 'EffortModel':
         """Return the model of a simulator: effort = tau."""
-        return cls(spring_coefficients=np.zeros(5))
+        return cls(spring_coefficients=np.zeros(5), crosstalk=np.zeros((N_JOINTS, N_JOINTS)))
+
+    @cached_property
+    def has_spring(self) -> bool:
+        """Whether any spring coefficient is not zero."""
+        return bool(self.spring_coefficients.any())
+
+    @cached_property
+    def _spring(self) -> tuple[float, ...]:
+        """Coefficients and range of the spring as plain numbers."""
+        return (*self.spring_coefficients.tolist(), *self.spring_range.tolist())
+
+    @cached_property
+    def has_friction(self) -> bool:
+        """Whether any joint has friction of any kind."""
+        return bool((self.coulomb + self.viscous + self.dahl).any())
+
+    @cached_property
+    def has_dahl(self) -> bool:
+        """Whether any joint has Dahl friction."""
+        return bool(self.dahl.any())
 
     def spring(self, q: Array) -> Array:
         """Return the spring effort (..., 7) [N m], zero except at s1, for q (..., 7) [rad]."""
-        lower, upper = self._border
-        c0, c1, c2, c3, c4 = self._spring
-        if q.ndim == 1:  # plain numbers are several times faster for one state
-            s1 = min(max(float(q[S1]), lower), upper)
-            sin: Array | float = math.sin(s1)
-            cos: Array | float = math.cos(s1)
+        c0, c1, c2, c3, c4, lower, upper = self._spring
+        sin: Array | float
+        cos: Array | float
+        if q.ndim == 1:  # plain numbers are several times faster
+            s1 = min(max(q.item(S1), lower), upper)
+            sin, cos = math.sin(s1), math.cos(s1)
         else:
             angles = np.clip(q[..., S1], lower, upper)
             sin, cos = np.sin(angles), np.cos(angles)
@@ -155,18 +164,15 @@ class EffortModel:
         result[..., S1] = (c0 + c4) + c1 * sin + c2 * cos + 2.0 * sin * (c3 * cos - c4 * sin)
         return result
 
-    def spring_is_held(self, q: Array) -> Bools | np.bool_:
+    def spring_is_held(self, q: Array) -> Bools | bool:
         """
         Return whether s1 is outside the spring's range, (...) bool, for q (..., 7) [rad].
 
         Always false without a spring.
         """
-        if q.ndim == 1:  # several times faster
-            return np.bool_(self.has_spring
-                            and not self._border[0] <= q.item(S1) <= self._border[1])
-        s1 = q[..., S1]
-        held = (s1 < self._border[0]) | (s1 > self._border[1])
-        return held if self.has_spring else np.zeros_like(held)
+        *_, lower, upper = self._spring
+        s1 = q.item(S1) if q.ndim == 1 else q[..., S1]  # plain numbers are faster
+        return self.has_spring & ((s1 < lower) | (s1 > upper))
 
     def friction(self, qd: Array, presliding: Array | None = None) -> Array:
         """
@@ -180,23 +186,52 @@ class EffortModel:
             Dahl's state z; by default the steady state tanh(qd / coulomb_velocity).
 
         """
+        if not self.has_friction:
+            return np.zeros(qd.shape)
         sliding = np.tanh(qd / self.coulomb_velocity)
-        result = self.coulomb * sliding + self.viscous * qd
-        if self.has_dahl:
-            result += self.dahl * (sliding if presliding is None else presliding)
-        return result
+        z = sliding if presliding is None else presliding
+        return self.coulomb * sliding + self.viscous * qd + self.dahl * z
 
-    def other(self, q: Array, qdd: Array) -> Array:
+    def other(self, q: Array, qdd: Array | float) -> Array:
         """Return bias, cable and added-inertia effort (..., 7) [N m] for q, qdd (..., 7)."""
-        result = self.bias
-        if self._has_cables:
-            result = result + self.stiffness * q
-        if self.has_added_inertia:
-            result = result + self.added_inertia * qdd
-        return result
+        return self.bias + self.stiffness * q + self.added_inertia * qdd
 
     def effort(self, tau: Array, q: Array, qd: Array, qdd: Array,
                presliding: Array | None = None) -> Array:
         """Return the predicted measured effort for joint torques tau, both (..., 7) [N m]."""
-        result = tau + self.spring(q) + self.other(q, qdd)
-        return result + self.friction(qd, presliding) if self.has_friction else result
+        return self.coupled(tau + self.spring(q) + self.other(q, qdd)
+                            + self.friction(qd, presliding))
+
+    def torque(self, measured: Array, q: Array, qd: Array,
+               presliding: Array | None = None) -> Array:
+        """
+        Return the joint torques, added inertia included, for measured effort, (..., 7) [N m].
+
+        The inverse of :meth:`effort`: ``tau + added_inertia qdd``.
+        """
+        return (measured @ self._inverse - self.spring(q) - self.other(q, 0.0)
+                - self.friction(qd, presliding))
+
+    def coupled(self, effort: Array) -> Array:
+        """Return effort (..., 7) with the crosstalk between the joints [N m]."""
+        return effort + effort @ self.crosstalk.T
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Inverse of (I + crosstalk)^T, (7, 7)."""
+        return np.linalg.inv(np.eye(N_JOINTS) + self.crosstalk.T).astype(float)
+
+    def deviation_at(self, qd: Array, qdd: Array) -> Array:
+        """
+        Return the expected standard deviation of the residual, (..., 7) [N m].
+
+        The root of the summed squares of the parts at rest, of velocity qd (..., 7) [rad/s] and
+        of acceleration qdd (..., 7) [rad/s^2].
+        """
+        square: Array = (self.deviation ** 2 + (self.deviation_velocity * qd) ** 2
+                         + (self.deviation_acceleration * qdd) ** 2)
+        return np.sqrt(square)
+
+
+def _name(attribute: str) -> str:
+    return f'effort_model.{attribute}'

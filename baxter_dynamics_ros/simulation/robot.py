@@ -95,11 +95,11 @@ class FakeBaxter:
         resting = Plant(other, description, truth, gravity=gravity)
         resting.place(HandTrajectory(other, 'hold').q)
         self._resting = Sensors(TIMESTEP, noise, seed + 1)
-        self._resting_state = resting.q, resting.static_torque() + truth.bias
+        self._resting_state = resting.q, truth.coupled(resting.static_torque() + truth.bias)
         simulated = joint_names(side) + joint_names(other)
         self._order = [simulated.index(name) if name in simulated else len(simulated)
                        for name in JOINT_STATE_NAMES]  # head and torso stay at zero
-        self._sensors.read(self.plant.q, standing + truth.bias)
+        self._sensors.read(self.plant.q, truth.coupled(standing + truth.bias))
         self._resting.read(*self._resting_state)
 
     @property
@@ -172,7 +172,8 @@ class FakeBaxter:
                 self._command = None
             motor = self._control() if self._command is None else self._command
             self.plant.step(motor)
-            self._sensors.read(self.plant.q, motor + self.plant.truth.bias)
+            truth = self.plant.truth
+            self._sensors.read(self.plant.q, truth.coupled(motor + truth.bias))
             self._resting.read(*self._resting_state)
             self._steps += 1
 

@@ -1,4 +1,4 @@
-"""From torque to effort: signs, the spring at s1, friction, and real recordings."""
+"""Effort model: signs, spring at s1, friction, crosstalk, and real recordings."""
 
 from baxter_dynamics_ros import ArgumentError, BaxterArm
 from baxter_dynamics_ros.model.effort import EffortModel
@@ -7,36 +7,50 @@ import numpy as np
 import pytest
 
 OTHERS = [i for i in range(7) if i != S1]
-LOWER, UPPER = -1.9, 1.0  # the s1 angles that the spring's coefficients come from [rad]
+LOWER, UPPER = -1.9, 1.0  # range of s1 in the spring's recordings [rad]
 
 
 @pytest.fixture
-def full_model():
+def full_model(rng):
     """Return a model in which no term is zero."""
     return EffortModel(coulomb=np.linspace(0.1, 0.7, 7), viscous=np.linspace(0.01, 0.07, 7),
                        dahl=np.linspace(0.9, 0.3, 7), bias=np.linspace(-0.3, 0.3, 7) + 0.01,
                        stiffness=np.linspace(-0.5, 0.4, 7),
-                       added_inertia=np.linspace(0.3, -0.2, 7))
+                       added_inertia=np.linspace(0.3, -0.2, 7),
+                       crosstalk=rng.uniform(-0.1, 0.1, (7, 7)) * (1 - np.eye(7)))
 
 
-def test_effort_is_tau_and_every_term_added(full_model, random_states):
-    q, qd, qdd = random_states(100)
+def test_effort_is_every_term_added_and_coupled(full_model, random_states):
+    model, (q, qd, qdd) = full_model, random_states(100)
     tau, z = np.tanh(random_states(100)[:2])
-    expected = (tau + full_model.spring(q) + full_model.bias + full_model.viscous * qd
-                + full_model.coulomb * np.tanh(qd / 0.05) + full_model.dahl * z
-                + full_model.stiffness * q + full_model.added_inertia * qdd)
-    np.testing.assert_allclose(full_model.effort(tau, q, qd, qdd, z), expected,
+    own = (tau + model.spring(q) + model.bias + model.viscous * qd
+           + model.coulomb * np.tanh(qd / 0.05) + model.dahl * z
+           + model.stiffness * q + model.added_inertia * qdd)
+    expected = [own[:, i] + sum(model.crosstalk[i, j] * own[:, j] for j in range(7))
+                for i in range(7)]
+    effort = model.effort(tau, q, qd, qdd, z)
+    np.testing.assert_allclose(effort.T, expected, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(model.torque(effort, q, qd, z), tau + model.added_inertia * qdd,
                                rtol=0.0, atol=1e-12)
 
 
-def test_a_state_without_a_past_slides(full_model, random_states):
+def test_deviation_is_the_norm_of_its_parts(random_states):
+    _, qd, qdd = random_states(20)
+    at_rest, velocity, acceleration = np.arange(1.0, 22.0).reshape(3, 7)
+    model = EffortModel(deviation=at_rest, deviation_velocity=velocity,
+                        deviation_acceleration=acceleration)
+    expected = [[np.hypot(np.hypot(at_rest[i], velocity[i] * qd[k, i]),
+                          acceleration[i] * qdd[k, i]) for i in range(7)] for k in range(20)]
+    np.testing.assert_allclose(model.deviation_at(qd, qdd), expected, rtol=1e-14)
+
+
+def test_friction_without_history_is_steady(full_model, random_states):
     q, qd, qdd = random_states(100)
-    sliding = np.tanh(qd / 0.05)
     np.testing.assert_array_equal(full_model.effort(qdd, q, qd, qdd),
-                                  full_model.effort(qdd, q, qd, qdd, sliding))
+                                  full_model.effort(qdd, q, qd, qdd, np.tanh(qd / 0.05)))
 
 
-def test_spring_is_its_function():
+def test_spring_at_s1():
     q = np.linspace(LOWER, UPPER, 59)
     function = (-5.7466 - 8.6679 * np.sin(q) + 38.3573 * np.cos(q)
                 + 9.3798 * np.sin(2 * q) + 2.2237 * np.cos(2 * q))
@@ -44,8 +58,8 @@ def test_spring_is_its_function():
                                rtol=0.0, atol=1e-12)
 
 
-def test_spring_is_that_of_an_independent_study():
-    """Within the hysteresis that neither of the two fits can know, where s1 often is."""
+def test_spring_agrees_with_an_independent_study():
+    """Within the hysteresis, which is in neither fit."""
     q = np.linspace(-1.7, 0.9, 59)
     study = (-1.5003 - 6.5882 * np.sin(q) + 32.3304 * np.cos(q)
              + 7.9174 * np.sin(2 * q) + 3.8172 * np.cos(2 * q))
@@ -54,8 +68,7 @@ def test_spring_is_that_of_an_independent_study():
     assert np.sqrt(np.mean(difference ** 2)) < 0.6
 
 
-def test_spring_helps_to_carry_the_arm():
-    # Hanging near the usual poses, the effort is above the torque the arm needs: 35 N m at zero.
+def test_spring_helps_carry_the_arm():
     assert EffortModel().spring(np.zeros(7))[S1] == pytest.approx(34.83, abs=0.01)
 
 
@@ -95,7 +108,7 @@ def test_rigid_is_tau(random_states):
     np.testing.assert_array_equal(EffortModel.rigid().effort(tau, q, qd, qd), tau)
 
 
-def test_spring_that_is_absent_is_never_held():
+def test_an_absent_spring_is_never_held():
     assert EffortModel().has_spring
     assert not EffortModel.rigid().has_spring
     assert not EffortModel.rigid().spring_is_held(_at_s1([-2.1, 0.0, 1.04])).any()
@@ -112,16 +125,16 @@ def test_one_state_and_leading_axes(full_model, random_states):
 @pytest.mark.parametrize('values, expected', [
     ({'spring_coefficients': np.zeros(4)}, r'spring_coefficients: expected shape \(5,\)'),
     ({'spring_range': (1.0, -1.9)}, 'spring_range: expected lower < upper'),
-    ({'spring_range': (1.0, 1.0)}, 'spring_range: expected lower < upper'),
     ({'coulomb': 0.1}, r'coulomb: expected shape \(7,\), got \(\)'),
-    ({'coulomb': -np.ones(7)}, 'coulomb: expected no negative value'),
-    ({'viscous': -np.ones(7)}, 'viscous: expected no negative value'),
+    ({'coulomb': -np.ones(7)}, 'coulomb: expected no value below 0'),
+    ({'deviation_velocity': -np.ones(7)}, 'deviation_velocity: expected no value below 0'),
+    ({'crosstalk': 0.1 * np.eye(7)}, 'crosstalk: expected a zero diagonal'),
+    ({'crosstalk': 0.17 * (1 - np.eye(7))}, 'crosstalk: expected .* less than 1'),
     ({'bias': np.full(7, np.nan)}, 'bias: expected finite values'),
-    ({'coulomb_velocity': 0.0}, 'coulomb_velocity: expected a value in'),
-    ({'coulomb_velocity': -0.05}, 'coulomb_velocity: expected a value in'),
+    ({'coulomb_velocity': 0.0}, 'coulomb_velocity: expected no value below 1e-06'),
     ({'bias': ['a'] * 7}, 'bias: expected real numbers'),
 ], ids=lambda value: next(iter(value)) if isinstance(value, dict) else '')
-def test_bad_values_are_refused(values, expected):
+def test_refuses_invalid_values(values, expected):
     with pytest.raises(ArgumentError, match=f'^effort_model.{expected}'):
         EffortModel(**values)
 
@@ -136,7 +149,7 @@ def test_arrays_are_read_only_copies():
 
 
 @pytest.mark.parametrize('name', ['baxter_left_arm_tracking', 'baxter_point_to_point'])
-def test_spring_explains_the_measured_effort_at_s1(recordings, name):
+def test_spring_explains_measured_effort_at_s1(recordings, name):
     # Nearly at rest, where gravity is all the torque. Measured: 1.0 and 1.8 N m with the spring,
     # 24.5 and 27.8 without it, which is worse than predicting zero (14.1 and 14.4).
     data = np.load(recordings / f'{name}.npz')
@@ -153,7 +166,7 @@ def test_spring_explains_the_measured_effort_at_s1(recordings, name):
 
 
 def _at_s1(angle):
-    """Return states (..., 7) at rest at 0.2 rad but for s1, which has the angles (...)."""
+    """Return positions (..., 7) with s1 at the given angles (...) and all others at 0.2 rad."""
     q = np.full(np.shape(angle) + (7,), 0.2)
     q[..., S1] = angle
     return q
