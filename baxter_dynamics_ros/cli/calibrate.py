@@ -1,22 +1,21 @@
 """calibrate: a fit of the effort model to recordings of one robot."""
 
+from __future__ import annotations
+
 import argparse
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
-from .console import progress, show_table
-from .inputs import read_inputs
-from .loading import load_module
-from .options import add_force, add_recordings, add_seed
-from .outputs import output_file
-from .printing import say
+from .options import add_force, add_recordings, add_seed, read_inputs
+from .paths import output_file
+from .terminal import progress, say, show_table
 from .. import __version__
-from ..calibration.calibrate_robot import calibrate
-from ..calibration.calibration_results import Calibration
 from ..calibration.terms import OPTIONAL, TERMS
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
-from ..recordings.parameter_file import write_parameters
-from ..report.calibration_report import write_calibration
+
+if TYPE_CHECKING:
+    from ..calibration.calibration_results import Calibration
 
 DESCRIPTION = (
     'Fit bias, friction, spring, tilt and more to recordings of one arm, keep the terms that '
@@ -51,9 +50,13 @@ def main(args: argparse.Namespace) -> int:
     if args.plan:
         if args.bags:
             raise BaxterDynamicsError('--plan takes no recordings')
-        return load_module(f'{__package__}.plan', 'demo').main(args)
+        from .plan import plan
+        return plan(args)
     if not args.bags:
         raise BaxterDynamicsError('expected a recording, or --plan to make one')
+    from ..calibration.calibrate_robot import calibrate
+    from ..recordings.parameter_file import write_parameters
+    from ..report.calibration_report import write_calibration
     inputs = [*args.bags, *args.params]
     path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
                        inputs)

@@ -1,60 +1,25 @@
 """demo: a fake Baxter and the predictor, observed through their topics."""
 
+from __future__ import annotations
+
 import argparse
 import os
-import signal
 import time
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-import numpy as np
-import rclpy
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from sensor_msgs.msg import JointState
-
-from .console import progress, show_table
 from .options import add_arm, number
-from .outputs import output_file
-from .plots import plot_effort
-from .printing import complain, say
+from .paths import output_file
 from .processes import NodeProcess
-from ..estimation.joint_selection import JointSelector
-from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Indices
+from .terminal import complain, progress, say, show_table
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
-from ..nodes import topics
-from ..nodes.messages import from_field, stamp_ns
+
+if TYPE_CHECKING:
+    from .listener import Listener
 
 # Separate from a real robot that may be on the same network.
 NAMESPACE = '/baxter_dynamics_demo'
 _FIRST_PREDICTION = 20.0  # timeout [s]
-_SERVICE = 10.0  # timeout [s]
-
-
-class Observer(Node):
-    """Subscriber to the topics of the demo; keeps all messages."""
-
-    def __init__(self) -> None:
-        super().__init__('observer', namespace=NAMESPACE)
-        self.measured: list[JointState] = []
-        self.predicted: list[JointState] = []
-        self.residual: list[JointState] = []
-        for topic, messages, qos in (
-                ('joint_states', self.measured, topics.SUBSCRIPTION_QOS),
-                ('torque_predictor/predicted_effort', self.predicted, topics.PUBLISHER_QOS),
-                ('torque_predictor/effort_residual', self.residual, topics.PUBLISHER_QOS)):
-            self.create_subscription(JointState, topic, messages.append, qos)
-
-    def call(self, kind: type[Any], name: str) -> Any:
-        """Return the answer of a service to an empty request; None if there is none."""
-        client = self.create_client(kind, 'torque_predictor/' + name)
-        if not client.wait_for_service(timeout_sec=_SERVICE):
-            return None
-        future = client.call_async(kind.Request())
-        rclpy.spin_until_future_complete(self, future, timeout_sec=_SERVICE)
-        return future.result()
-
 
 DESCRIPTION = (
     'Start a fake Baxter and the predictor as separate processes, compare the predicted with '
@@ -73,46 +38,48 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the demo and print the comparison."""
+    from sensor_msgs.msg import JointState
+    from .demo_comparison import Comparison
+    from .listener import Listener
+    from ..nodes import topics
     figure = output_file('--output', args.output, ('.png', '.pdf', '.svg'))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
               f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']
-    rclpy.init(args=[])
-    try:
-        with NodeProcess('fake_baxter', common) as baxter, \
-                NodeProcess('torque_predictor', common) as predictor:
-            observer = Observer()
-            _await_prediction(observer, [baxter, predictor])
-            _watch(observer, args.duration)
-            answers = _call_services(observer)
-            if len(observer.residual) < 2:
-                _print_output([predictor])
-                raise BaxterDynamicsError('predictions arrived, but no residuals')
-    except ExternalShutdownException:
-        return 128 + signal.SIGTERM
-    finally:
-        rclpy.try_shutdown()
-    signals = _signals(observer, args.arm)
-    _print_comparison(signals)
+    with Listener('observer', NAMESPACE) as listener, \
+            NodeProcess('fake_baxter', common) as baxter, \
+            NodeProcess('torque_predictor', common) as predictor:
+        measured, predicted, residual = received = [
+            listener.collect(JointState, topic) for topic in (
+                'joint_states', f'torque_predictor/{topics.PREDICTED_EFFORT}',
+                f'torque_predictor/{topics.EFFORT_RESIDUAL}')]
+        _await_prediction(listener, predicted, [baxter, predictor])
+        for messages in received:
+            messages.clear()
+        _record(listener, args.duration)
+        answers = _call_services(listener)
+        if len(residual) < 2:
+            _print_output([predictor])
+            raise BaxterDynamicsError('predictions arrived, but no residuals')
+    comparison = Comparison(args.arm, measured, predicted, residual)
+    comparison.show()
     _print_services(answers)
-    plot_effort(figure, signals, f"Fake Baxter, {args.arm} arm, the paper's trajectory 3(a)")
+    comparison.plot(figure)
     say(f'figure: {figure}')
     return 0
 
 
-def _await_prediction(observer: Observer, processes: list[NodeProcess]) -> None:
-    limit = time.monotonic() + _FIRST_PREDICTION
-    while not observer.predicted:
-        rclpy.spin_once(observer, timeout_sec=0.1)
-        for process in processes:
-            if process.exit_code is not None:
-                _print_output([process])
-                raise BaxterDynamicsError(
-                    f'{process.executable} ended with exit code {process.exit_code}')
-        if time.monotonic() > limit:
-            _print_output(processes)
-            raise BaxterDynamicsError(f'no prediction within {_FIRST_PREDICTION:.0f} s, '
-                                      f'{len(observer.measured)} joint states received')
+def _await_prediction(listener: Listener, predicted: list[Any],
+                      processes: list[NodeProcess]) -> None:
+    def ended() -> list[NodeProcess]:
+        return [process for process in processes if process.exit_code is not None]
+    listener.wait(lambda: predicted or ended(), _FIRST_PREDICTION)
+    if not predicted:
+        _print_output(ended() or processes)
+        raise BaxterDynamicsError(
+            ' and '.join(f'{process.executable} ended with exit code {process.exit_code}'
+                         for process in ended())
+            or f'no prediction within {_FIRST_PREDICTION:.0f} s')
 
 
 def _print_output(processes: list[NodeProcess]) -> None:
@@ -121,66 +88,28 @@ def _print_output(processes: list[NodeProcess]) -> None:
             complain(f'{process.executable}: {line}')
 
 
-def _watch(observer: Observer, duration: float) -> None:
-    for messages in (observer.measured, observer.predicted, observer.residual):
-        messages.clear()
+def _record(listener: Listener, duration: float) -> None:
     start = time.monotonic()
     with progress(duration) as update:
         while (elapsed := time.monotonic() - start) < duration:
-            rclpy.spin_once(observer, timeout_sec=0.1)
+            listener.wait(lambda: False, min(0.1, duration - elapsed))
             update(elapsed, 'recording the residual')
 
 
-def _call_services(observer: Observer) -> dict[str, Any]:
+def _call_services(listener: Listener) -> dict[str, Any]:
+    """Return the answers of both services; nothing if their types are not installed."""
     try:
         from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
     except ImportError:
         return {}
-    return {'gravity_torques': observer.call(GravityTorques, 'gravity_torques'),
-            'inverse_dynamics': observer.call(InverseDynamics, 'inverse_dynamics')}
-
-
-def _signals(observer: Observer, arm: str) -> dict[str, tuple[Array, Array]]:
-    """Return time (n,) [s] and values (n, 7) [N m] of each signal."""
-    predicted = {stamp_ns(m.header): from_field(m.effort) for m in observer.predicted}
-    pairs = [(stamp_ns(m.header), predicted[stamp_ns(m.header)], from_field(m.effort))
-             for m in observer.residual if stamp_ns(m.header) in predicted]
-    stamps, effort, residual = (np.array(column) for column in zip(*pairs))
-    newest, difference = _first_difference(observer.measured, arm)
-    time = (stamps - stamps[0]) * 1e-9
-    return {'measured': (time, effort + residual), 'predicted': (time, effort),
-            'residual': (time, residual),
-            'first difference': ((newest - stamps[0]) * 1e-9, difference)}
-
-
-def _first_difference(messages: list[JointState], arm: str) -> tuple[Indices, Array]:
-    """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
-    selector = JointSelector(arm)
-    settings = PredictorSettings({'arm': arm})
-    readings = ((stamp_ns(message.header), selector.read(message.name, *map(from_field, (
-        message.position, message.velocity, message.effort)))) for message in messages)
-    stamps, q, qd, effort = (np.array(column) for column in zip(*(
-        (stamp, *reading) for stamp, reading in readings if isinstance(reading, tuple))))
-    qdd = np.diff(qd, axis=0) / (np.diff(stamps) * 1e-9)[:, None]
-    q, qd = q[1:], qd[1:]
-    tau = settings.arm.inverse_dynamics(q, qd, qdd)
-    return stamps[1:], effort[1:] - settings.effort_model.effort(tau, q, qd, qdd)
-
-
-def _print_comparison(signals: dict[str, tuple[Array, Array]]) -> None:
-    time = signals['residual'][0]
-    say(f'{len(time)} predictions in {time[-1]:.1f} s. RMS [N m]; residual = measured - predicted '
-        'effort;', "last column: residual with the paper's first difference as acceleration")
-    rms = [np.sqrt(np.mean(values ** 2, axis=0)) for _, values in signals.values()]
-    show_table(('joint', *signals), [(joint, *(f'{column[i]:.3f}' for column in rms))
-                                     for i, joint in enumerate(JOINTS)])
+    return {name: listener.call(kind, f'torque_predictor/{name}') for name, kind in (
+        ('gravity_torques', GravityTorques), ('inverse_dynamics', InverseDynamics))}
 
 
 def _print_services(answers: dict[str, Any]) -> None:
     if not answers:
         say('services: not available, because baxter_dynamics_interfaces is not installed: '
             'pip install ./baxter_dynamics_interfaces')
-        return
     for name, answer in answers.items():
         if answer is None or not answer.success:
             reason = 'no answer' if answer is None else answer.message

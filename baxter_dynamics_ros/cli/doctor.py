@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Iterator
 
 from .doctor_robot import Check, robot_checks
-from .printing import say
+from .options import add_topic
+from .terminal import say
 
 DESCRIPTION = (
     'Check each step from the robot to the residual, and print its finding and, if it fails, a '
@@ -16,8 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('uri', nargs='?', metavar='URI',
                         help="the robot's ROS 1 master, such as http://011303P0017.local:11311 "
                         '(default: check the ROS 2 side only)')
-    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
-                        help='topic of the joint states (default: %(default)s)')
+    add_topic(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -38,5 +38,5 @@ def _checks(args: argparse.Namespace) -> Iterator[Check]:
     except ImportError as error:
         yield Check('ROS 2', False, str(error), 'install the ros extra, pip install ".[ros]", or '
                     'source the setup file of your ROS 2')
-        return
-    yield from ros2_checks(args.topic)
+    else:
+        yield from ros2_checks(args.topic)

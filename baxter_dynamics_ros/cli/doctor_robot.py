@@ -13,7 +13,6 @@ from ..ros1 import joint_state
 from ..ros1.errors import Ros1Error, Step
 from ..ros1.joint_state import JointState
 from ..ros1.network import resolve
-from ..ros1.source import Source
 from ..ros1.subscriber import Subscriber
 
 _PATIENCE = 5.0  # [s] for connections and the first message
@@ -33,45 +32,23 @@ class Check(NamedTuple):
 
 
 def robot_checks(uri: str, topic: str) -> Iterator[Check]:
-    """
-    Yield the checks of a robot in order; a network error ends them.
-
-    Parameters
-    ----------
-    uri : str
-        URI of the ROS 1 master.
-    topic : str
-        Topic of the joint states.
-
-    """
+    """Yield the checks of the robot with a ROS 1 master in order; a network error ends them."""
     states: list[JointState] = []  # of all publishers
     notes: list[str] = []
-
-    def receive(topic: str, source: Source, state: JointState, arrival_ns: int) -> None:
-        states.append(state)
-
     try:
-        subscriber = Subscriber(uri, [topic], receive, notes.append, '/doctor')
+        subscriber = Subscriber(uri, [topic], lambda topic, source, state, arrival_ns:
+                                states.append(state), notes.append, '/doctor')
+        try:
+            yield from _network(subscriber, topic)
+            subscriber.start()
+            yield from _connections(subscriber, topic, states, notes)
+            states.clear()
+            yield from _stream(subscriber, topic)
+            yield from _contents(list(states))
+        finally:
+            subscriber.stop()
     except Ros1Error as error:
         yield _failure(error)
-        return
-    try:
-        yield from _network(subscriber, topic)
-        subscriber.start()
-        yield from _connections(subscriber, topic, states, notes)
-        states.clear()
-        lost = sum(source.lost for source in subscriber.sources(topic))
-        for source in subscriber.sources(topic):
-            source.close_period(1.0)
-        begin = time.monotonic()
-        time.sleep(_LOOK)
-        received = list(states)
-        yield from _stream(subscriber, topic, time.monotonic() - begin, lost)
-        yield from _contents(received)
-    except Ros1Error as error:
-        yield _failure(error)
-    finally:
-        subscriber.stop()
 
 
 def _network(subscriber: Subscriber, topic: str) -> Iterator[Check]:
@@ -98,17 +75,15 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
     _wait(lambda: bool(connections := subscriber.connections(topic)) and all(
         each.connected for each in connections))
     connections = subscriber.connections(topic)
-    for problem in (each.problem for each in connections if each.problem is not None):
-        yield _failure(problem)
-    connected = [each for each in connections if each.connected]
+    yield from (_failure(each.problem) for each in connections if each.problem is not None)
+    connected = [f'{each.publisher} at {each.uri}' for each in connections if each.connected]
     if connected:
-        yield Check('publishers', True, ', '.join(
-            f'{each.publisher} at {each.uri}' for each in connected) + ''.join(
-                f' ({note})' for note in notes))
+        yield Check('publishers', True, ', '.join(connected)
+                    + ''.join(f' ({note})' for note in notes))
     _wait(lambda: subscriber.is_called is not None)
-    yield Check('address', bool(subscriber.is_called),
-                'the master reaches this machine' if subscriber.is_called
-                else 'the master does not reach this machine',
+    is_called = bool(subscriber.is_called)
+    yield Check('address', is_called,
+                f'the master {"reaches" if is_called else "does not reach"} this machine',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
                 'firewall')
     _wait(lambda: bool(states))
@@ -120,20 +95,27 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
                 else 'without joints')
 
 
-def _stream(subscriber: Subscriber, topic: str, seconds: float, lost: int) -> Iterator[Check]:
+def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
+    """Yield the checks of the messages of some seconds."""
+    before = sum(source.lost for source in subscriber.sources(topic))
+    for source in subscriber.sources(topic):
+        source.close_period(1.0)
+    begin = time.monotonic()
+    time.sleep(_LOOK)
+    seconds = time.monotonic() - begin
     sources = subscriber.sources(topic)
     for source in sources:
         source.close_period(seconds)
     yield Check('rate', any(source.rate > 0.0 for source in sources), ', '.join(
         f'{source.rate:.1f} Hz from {source.publisher}' for source in sources),
         'nothing has arrived: is the publisher stopped?')
-    lost = sum(source.lost for source in sources) - lost
+    lost = sum(source.lost for source in sources) - before
     yield Check('lost', not lost and not subscriber.malformed,
                 f'{lost} messages lost and {subscriber.malformed} malformed in {seconds:.0f} s',
                 'use a cable instead of wireless, and reduce the load of both machines')
-    offsets = ', '.join(f'{source.clock.offset_ns * 1e-9:+.3f} s, jitter of arrival '
-                        f'{source.jitter * 1e3:.1f} ms' for source in sources)
-    yield Check('clock', True, f"this machine's minus the robot's: {offsets}")
+    yield Check('clock', True, "this machine's minus the robot's: " + ', '.join(
+        f'{source.clock.offset_ns * 1e-9:+.3f} s, jitter of arrival {source.jitter * 1e3:.1f} ms'
+        for source in sources))
 
 
 def _contents(states: list[JointState]) -> Iterator[Check]:

@@ -1,23 +1,23 @@
 """evaluate: errors of the predicted effort in recordings, as a report."""
 
+from __future__ import annotations
+
 import argparse
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .console import progress, show_table
-from .inputs import read_inputs
-from .options import add_force, add_recordings
-from .outputs import output_folder
-from .printing import say
+from .options import add_force, add_recordings, read_inputs
+from .paths import output_folder
+from .terminal import progress, say, show_table
 from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
-from ..recordings.evaluate_recordings import Evaluator
-from ..recordings.evaluation_results import Evaluation
-from ..recordings.notices import Notice
-from ..recordings.writer import BagWriter, save_predictions
-from ..report.evaluation_report import Total, write_evaluation
+
+if TYPE_CHECKING:
+    from ..recordings.evaluation_results import Evaluation
+    from ..report.evaluation_report import Total
 
 DESCRIPTION = (
     'Predict the effort in recordings with the code of the node, compare it with the measured '
@@ -37,6 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
+    from ..recordings.evaluate_recordings import Evaluator
+    from ..recordings.notices import Notice
+    from ..recordings.writer import BagWriter, save_predictions
+    from ..report.evaluation_report import Total, write_evaluation
     folder = output_folder('--output', args.output, args.force, [*args.bags, *args.params])
     if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')

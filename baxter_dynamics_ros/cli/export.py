@@ -5,11 +5,10 @@ from collections.abc import Callable
 import os
 from pathlib import Path
 import re
-from typing import Any
 
-from .options import add_parameters
-from .outputs import output_folder
-from .printing import say, write
+from .options import add_parameters, read_settings
+from .paths import output_folder
+from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
 from ..export import c, latex, matlab, python, urdf
@@ -53,7 +52,7 @@ def main(args: argparse.Namespace) -> int:
         raise BaxterDynamicsError('expected either a language or --base-parameters')
     if args.base_parameters and args.output is not None:
         raise BaxterDynamicsError('--base-parameters prints a table and takes no --output')
-    settings = PredictorSettings(_read(args) if args.params else {})
+    settings = PredictorSettings(read_settings(args))
     if args.base_parameters:
         write(base_table(settings.arm) + '\n')
         return 0
@@ -65,15 +64,6 @@ def main(args: argparse.Namespace) -> int:
             'model are not exported')
     say(*(f'wrote: {folder / name}' for name in files))
     return 0
-
-
-def _read(args: argparse.Namespace) -> dict[str, Any]:
-    try:
-        from ..recordings.parameter_file import read_parameters
-    except ImportError as error:
-        raise BaxterDynamicsError(f'--params: {error}: pip install pyyaml') from None
-    return read_parameters([Path(path).expanduser() for path in args.params], args.node,
-                           lambda line: say(f'warning: {line}'))
 
 
 def _command(command_line: str) -> str:

@@ -1,7 +1,9 @@
 """The baxter_dynamics command and its verbs."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
 import os
 import shlex
 import signal
@@ -9,13 +11,13 @@ import sys
 import threading
 from typing import NoReturn
 
-from .loading import load_module
-from .printing import complain, printable
+from .terminal import complain, printable
 from .. import __version__
 from ..model.exceptions import BaxterDynamicsError
 
 # Verb -> summary, and the extra of setup.py that it needs. A verb is a module of this folder with
-# DESCRIPTION, add_arguments(parser) and main(args), imported only when it is called.
+# DESCRIPTION, add_arguments(parser) and main(args). It imports what the extra installs in main,
+# so that --help works without.
 VERBS = {
     'demo': ('run the predictor on a fake Baxter and show the residual', 'demo'),
     'watch': ('show a running torque_predictor live in the terminal', 'demo'),
@@ -53,7 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
         command += f' {args.verb}'
-        return args.main(args)
+        with needs(VERBS[args.verb][1]):
+            code: int = args.main(args)
+            return code
     except BaxterDynamicsError as error:
         complain(f'{command}: {error}')
         return 1
@@ -72,8 +76,6 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 
     Raises
     ------
-    BaxterDynamicsError
-        If a library that the verb needs is missing.
     SystemExit
         If the arguments are wrong, or ask for help.
 
@@ -82,15 +84,26 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)
-    for name, (summary, extra) in VERBS.items():
+    for name, (summary, _) in VERBS.items():
         subparser = verbs.add_parser(name, help=summary)
         if name in arguments[:1]:
-            verb = load_module(f'{__package__}.{name}', extra)
+            verb = import_module(f'{__package__}.{name}')
             subparser.description = verb.DESCRIPTION
             verb.add_arguments(subparser)
             subparser.set_defaults(main=verb.main)
     return parser.parse_args(arguments, argparse.Namespace(
         command_line=shlex.join(['baxter_dynamics', *arguments])))
+
+
+@contextmanager
+def needs(extra: str) -> Iterator[None]:
+    """Raise BaxterDynamicsError for a missing library; it names the extra that installs it."""
+    try:
+        yield
+    except ImportError as error:
+        raise BaxterDynamicsError(
+            f'{error}. Without ROS, install the {extra} extra: pip install ".[{extra}]"; on a '
+            'ROS machine, install the missing library with rosdep or pip') from None
 
 
 if __name__ == '__main__':

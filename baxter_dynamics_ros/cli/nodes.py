@@ -1,16 +1,18 @@
 """The commands of the nodes, which report a missing library in one line."""
 
 from functools import partial
+from importlib import import_module
 
-from .loading import load_module
-from .printing import complain
+from .main import needs
+from .terminal import complain
 from ..model.exceptions import BaxterDynamicsError
 
 
 def _run(executable: str) -> int:
     """Run a node; return its exit code."""
     try:
-        return load_module(f'baxter_dynamics_ros.nodes.{executable}', 'ros').main()
+        with needs('ros'):
+            return int(import_module(f'baxter_dynamics_ros.nodes.{executable}').main())
     except BaxterDynamicsError as error:
         complain(f'{executable}: {error}')
         return 1

@@ -4,9 +4,9 @@ import argparse
 
 import numpy as np
 
-from .console import show_table
-from .experiment import BAG, new_folder, record_bag
-from .printing import say
+from .experiment import BAG, record_bag
+from .paths import new_folder
+from .terminal import say, show_table
 from ..model.joints import joint_names
 from ..simulation.exciting_trajectory import DURATION, motion, series
 from ..simulation.plan_file import write_plan
@@ -17,7 +17,7 @@ _RATE = 100.0  # of the recording [Hz]
 _REST = 1.0  # [s] recorded after the end, until the arm is at rest
 
 
-def main(args: argparse.Namespace) -> int:
+def plan(args: argparse.Namespace) -> int:
     """Print the exciting trajectory, record it on the fake Baxter, and write it as a file."""
     folder = new_folder(args.output or 'baxter_plan')
     arm = args.arm or 'right'

@@ -1,14 +1,14 @@
 """View of a predictor, as a table or a line."""
 
-from __future__ import annotations
+import math
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from .printing import printable
-from .watch_data import by_joint, Predictor
+from .monitor import Predictor
+from .terminal import printable
 from ..estimation.contact import LIMIT
 from ..model.joints import JOINTS
 
@@ -20,7 +20,7 @@ _COLUMNS = ('joint', 'measured\n[N m]', 'predicted\n[N m]', 'residual\n[N m]',
 
 def view(predictor: Predictor, now: float) -> Group:
     """Return the view of a predictor at monotonic time now [s]."""
-    style = {True: 'bold white on red', False: 'green', None: 'magenta'}[_contact(predictor, now)]
+    style = {True: 'bold white on red', False: 'green', None: 'magenta'}[predictor.in_contact(now)]
     title = Text(printable(f'{predictor.name}  {predictor.side or "unknown"} arm  '), 'bold')
     return Group(title.append(f' {contact_text(predictor, now)} ', style),
                  Text(rates_text(predictor, now)), _joint_table(predictor, now),
@@ -29,39 +29,37 @@ def view(predictor: Predictor, now: float) -> Group:
 
 def line(predictor: Predictor, now: float) -> str:
     """Return the state of a predictor in one line."""
-    instant = predictor.instant(now)
-    residual = 'no residual' if instant is None else 'residual [N m] ' + ' '.join(
-        f'{joint} {number(instant.residual.get(joint))}' for joint in JOINTS)
-    levels = [f'{name} {_level(level)[0]}' for name, level, _ in predictor.diagnostics(now)
-              if level]
-    diagnostics = ', '.join(levels) or (
-        'diagnostics OK' if predictor.diagnostics(now) else 'no diagnostics')
-    return (f'{predictor.side or "unknown"} arm: {contact_text(predictor, now)}; {residual}; '
-            f'{rates_text(predictor, now)}; {diagnostics}')
+    residual = predictor.instant(now).residual
+    values = ' '.join(f'{joint} {number(x)}' for joint, x in zip(JOINTS, residual))
+    diagnostics = predictor.diagnostics(now)
+    problems = ', '.join(f'{status.name} {_level(status.level)[0]}' for status in diagnostics
+                         if status.level)
+    return (f'{predictor.side or "unknown"} arm: {contact_text(predictor, now)}; '
+            + ('no residual' if math.isnan(residual[0]) else f'residual [N m] {values}')
+            + f'; {rates_text(predictor, now)}; '
+            + (problems or ('diagnostics OK' if diagnostics else 'no diagnostics')))
 
 
 def bar(value: float, limit: float) -> str:
     """Return a bar that begins at zero in the middle and ends at the limit on either side."""
-    length = round(BAR * min(abs(value) / limit, 1.0))
+    length = round(BAR * min(abs(value) / limit, 1.0)) if math.isfinite(value) else 0
     left, right = (0, length) if value > 0.0 else (length, 0)
     return f'{"█" * left:>{BAR}}│{"█" * right:<{BAR}}'
 
 
-def number(value: float | None) -> str:
-    """Return a value as text, at most 9 characters; '-' for None."""
-    if value is None:
+def number(value: float) -> str:
+    """Return a value as text, at most 9 characters; '-' if it is not finite."""
+    if not math.isfinite(value):
         return '-'
     return f'{value:+.2f}' if abs(value) < 1e5 else f'{value:+.1e}'
 
 
 def contact_text(predictor: Predictor, now: float) -> str:
     """Return the state of contact: joints and duration."""
-    contact = _contact(predictor, now)
-    if contact is None:
-        return 'contact unknown'
-    if not contact:
-        return 'no contact'
-    joints = ', '.join(predictor.contact_joints()) or 'joints not yet known'
+    in_contact = predictor.in_contact(now)
+    if not in_contact:
+        return 'contact unknown' if in_contact is None else 'no contact'
+    joints = ', '.join(predictor.contact_joints(now)) or 'joints not yet known'
     return f'CONTACT for {predictor.contact_duration(now):.1f} s: {joints}'
 
 
@@ -75,39 +73,27 @@ def rates_text(predictor: Predictor, now: float) -> str:
         *([] if delay is None else [f'delay {1e3 * delay:.0f} ms'])])
 
 
-def _contact(predictor: Predictor, now: float) -> bool | None:
-    message = predictor.contact.newest(now)
-    return None if message is None else bool(message.data)
-
-
 def _joint_table(predictor: Predictor, now: float) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for title in _COLUMNS:
         table.add_column(title, justify='right' if '[' in title else 'left', no_wrap=True)
-    instant = predictor.instant(now)
-    predicted, external = predictor.predicted.newest(now), predictor.external.newest(now)
-    measured, residuals = ({}, {}) if instant is None else (instant.measured, instant.residual)
-    # With a residual, all three are of the same instant; without one, predictions go on.
-    predictions = instant.predicted if instant else by_joint(predicted) if predicted else {}
-    externals = by_joint(external) if external else {}
-    touched = predictor.contact_joints() if _contact(predictor, now) else []
-    for joint, limit in zip(JOINTS, LIMIT):
-        residual = residuals.get(joint)
-        style = '' if residual is None or abs(residual) <= limit else 'bold red'
-        table.add_row(
-            joint, number(measured.get(joint)), number(predictions.get(joint)),
-            Text(number(residual), style),
-            Text('' if residual is None else bar(residual, limit), style or 'cyan'),
-            f'±{limit:g}', number(externals.get(joint)),
-            style='bold' if joint in touched else '')
+    external = predictor.external.newest(now)
+    externals = external[1] if external else [math.nan] * len(JOINTS)
+    touched = predictor.contact_joints(now)
+    for joint, measured, predicted, residual, limit, force in zip(
+            JOINTS, *predictor.instant(now), LIMIT, externals):
+        style = 'bold red' if abs(residual) > limit else ''
+        table.add_row(joint, number(measured), number(predicted), Text(number(residual), style),
+                      Text(bar(residual, limit), style or 'cyan'), f'±{limit:g}', number(force),
+                      style='bold' if joint in touched else '')
     return table
 
 
 def _diagnostics_table(predictor: Predictor, now: float) -> Table:
     table = Table(box=None, pad_edge=False, show_header=False)
-    for name, level, message in predictor.diagnostics(now):
-        word, style = _level(level)
-        table.add_row(printable(name), Text(word, style), printable(message))
+    for status in predictor.diagnostics(now):
+        word, style = _level(status.level)
+        table.add_row(printable(status.name), Text(word, style), printable(status.message))
     if not table.row_count:
         table.add_row(Text('no diagnostics', 'magenta'))
     return table

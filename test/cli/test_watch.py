@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
 
-from baxter_dynamics_ros.cli.watch_data import Predictor  # noqa: E402, I100
+from baxter_dynamics_ros.cli.monitor import Predictor  # noqa: E402, I100
 from baxter_dynamics_ros.cli.watch_view import BAR, bar, line, view  # noqa: E402
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402
@@ -40,12 +40,13 @@ def play(predictor, start, seconds, contact=False, order=JOINTS, with_effort=Tru
     for k in range(round(100 * seconds)):
         now = start + 0.01 * k
         stamp = round(now * 1e9)
-        predictor.receive_joint_state(joint_state(joint_names('right'), stamp), now)
-        predictor.receive_joint_state(joint_state(joint_names('left'), stamp), now)
-        predictor.receive_prediction(effort(PREDICTED, stamp - DELAY, order), now)
+        for side in ('right', 'left'):
+            predictor.receive_joint_state(joint_state(joint_names(side), stamp), now)
+        predictor.receive_effort(predictor.predicted, effort(PREDICTED, stamp - DELAY, order), now)
         if with_effort:
-            predictor.residual.receive(effort(RESIDUAL, stamp - DELAY, order[::-1]), now)
-            predictor.external.receive(effort(-RESIDUAL, stamp, order), now)
+            predictor.receive_effort(predictor.residual,
+                                     effort(RESIDUAL, stamp - DELAY, order[::-1]), now)
+            predictor.receive_effort(predictor.external, effort(-RESIDUAL, stamp, order), now)
             predictor.receive_contact(Bool(data=contact), now)
     predictor.receive_diagnostics(diagnostics(), now)
     return now
@@ -71,25 +72,21 @@ def predictor():
 
 
 @pytest.mark.parametrize('order', [JOINTS, tuple(sorted(JOINTS))], ids=' '.join)
-def test_shows_efforts_by_joint_name(predictor, order):
-    text = shown(predictor, play(predictor, 5.0, 0.1, order=order))
+def test_shows_efforts_by_joint_name_with_rates_delay_and_diagnostics(predictor, order):
+    text = shown(predictor, play(predictor, 5.0, 3.0, order=order))
     for i, joint in enumerate(JOINTS):
         assert row(text, joint) == [f'{value:+.2f}' for value in (
             PREDICTED[i] + RESIDUAL[i], PREDICTED[i], RESIDUAL[i], -RESIDUAL[i])]
     assert '/torque_predictor  right arm   no contact' in text and 'filter  OK  running' in text
+    assert 'predictions 100.0 Hz, residuals 100.0 Hz, joint states 100.0 Hz, delay 59 ms' in text
     assert max(map(len, text.splitlines())) <= 80 and 'not ours' not in text
 
 
 def test_measured_predicted_and_residual_are_of_one_instant(predictor):
     for stamp in (1, 2):
-        predictor.receive_prediction(effort(stamp * PREDICTED, stamp), 5.0)
-    predictor.residual.receive(effort(RESIDUAL, 1), 5.0)
-    assert predictor.instant(5.0).measured['s1'] == PREDICTED[1] + RESIDUAL[1]
-
-
-def test_reports_rates_and_delay(predictor):
-    text = shown(predictor, play(predictor, 5.0, 3.0))
-    assert 'predictions 100.0 Hz, residuals 100.0 Hz, joint states 100.0 Hz, delay 59 ms' in text
+        predictor.receive_effort(predictor.predicted, effort(stamp * PREDICTED, stamp), 5.0)
+    predictor.receive_effort(predictor.residual, effort(RESIDUAL, 1), 5.0)
+    assert predictor.instant(5.0).measured[1] == PREDICTED[1] + RESIDUAL[1]
 
 
 def test_old_data_is_not_shown(predictor):
@@ -119,8 +116,8 @@ def test_contact_is_shown_with_its_joints_and_duration(predictor):
     (np.inf, '-'), (np.nan, '-'), (1e308, '+1.0e+308'), (-1e308, '-1.0e+308')])
 def test_extreme_values_keep_the_layout(predictor, value, text):
     now = play(predictor, 5.0, 0.1)
-    predictor.receive_prediction(effort(np.zeros(7), 9), now)
-    predictor.residual.receive(effort(np.full(7, value), 9), now)
+    predictor.receive_effort(predictor.predicted, effort(np.zeros(7), 9), now)
+    predictor.receive_effort(predictor.residual, effort(np.full(7, value), 9), now)
     assert row(shown(predictor, now), 'w2')[2] == text
 
 

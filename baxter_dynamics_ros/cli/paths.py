@@ -1,4 +1,4 @@
-"""Output files and folders, validated before work begins."""
+"""Output files and folders, checked before work begins."""
 
 from collections.abc import Iterable
 import os
@@ -13,22 +13,8 @@ def output_folder(option: str, output: str | Path, force: bool = True,
     """
     Return the absolute path of an output folder, which may not exist yet.
 
-    Parameters
-    ----------
-    option : str
-        Option that names it, for error messages.
-    output : Path
-        The folder.
-    force : bool
-        Whether it may exist and have contents.
-    inputs : iterable of Path
-        Files and folders that the command reads.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If it cannot be written, or belongs to the inputs, or exists and force is False.
-
+    Raises BaxterDynamicsError, with the option that names the folder, if it cannot be written,
+    belongs to the inputs of the command, or has contents and force is False.
     """
     path = Path(output).expanduser().resolve()
     existing = next(place for place in (path, *path.parents) if os.path.lexists(place))
@@ -40,12 +26,7 @@ def output_folder(option: str, output: str | Path, force: bool = True,
 
 def output_file(option: str, output: str | Path, endings: tuple[str, ...], force: bool = True,
                 inputs: Iterable[str | Path] = ()) -> Path:
-    """
-    Return the absolute path of an output file in an existing folder.
-
-    The parameter endings holds the permitted file name extensions; for the others, and the
-    errors raised, see :func:`output_folder`.
-    """
+    """Return the absolute path of an output file with one of the endings, as output_folder."""
     path = Path(output).expanduser().resolve()
     if path.suffix.lower() not in endings:
         raise BaxterDynamicsError(
@@ -75,3 +56,17 @@ def _check(option: str, path: Path, folder: Path, force: bool,
     if not force:
         raise BaxterDynamicsError(f'{option}: {path} exists; choose another name, or replace it '
                                   'with --force')
+
+
+def new_folder(output: str) -> Path:
+    """Create an output folder and return it; raise BaxterDynamicsError unless it is empty."""
+    path = Path(output).expanduser().resolve()
+    try:
+        path.mkdir(exist_ok=True)
+        is_empty = not any(path.iterdir())
+    except OSError as error:
+        raise BaxterDynamicsError(
+            f'--output: {path} cannot be created ({error.strerror})') from None
+    if not is_empty:
+        raise BaxterDynamicsError(f'--output: {path} is not empty; name a new folder')
+    return path

@@ -1,0 +1,79 @@
+"""ROS node of a command, which receives messages in batches."""
+
+from collections.abc import Callable
+import os
+import time
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+
+from ..model.exceptions import BaxterDynamicsError
+from ..nodes import topics
+from ..nodes.rclpy_internals import take_waiting
+
+_BATCH_PERIOD = 0.03  # [s]; an executor would wake for every message, at most of a core
+_MAX_BATCH = 1000  # messages of a topic
+_SERVICE = 10.0  # timeout of a service [s]
+
+
+class Listener:
+    """
+    A node that subscribes to topics; a context manager that shuts ROS down.
+
+    Raises BaxterDynamicsError if ROS does not start or the name of a topic is invalid.
+    """
+
+    def __init__(self, name: str, namespace: str = '') -> None:
+        self._subscriptions: list[Subscription] = []
+        try:
+            # Without the signal handlers of rclpy, Ctrl-C raises KeyboardInterrupt.
+            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            self.node = Node(f'{name}_{os.getpid()}', namespace=namespace, enable_rosout=False,
+                             start_parameter_services=False)
+        except RuntimeError as error:  # such as an invalid ROS_DOMAIN_ID
+            raise BaxterDynamicsError(f'ROS does not start: {error}') from None
+
+    def __enter__(self) -> 'Listener':
+        """Return this listener."""
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Shut ROS down."""
+        rclpy.try_shutdown()
+
+    def subscribe(self, kind: type, topic: str, receive: Callable[[Any], object]) -> None:
+        """Call a function with each message of a topic."""
+        try:
+            self._subscriptions.append(self.node.create_subscription(
+                kind, topic, receive, topics.SUBSCRIPTION_QOS))
+        except InvalidTopicNameException as error:
+            raise BaxterDynamicsError(f'topic {topic}: {" ".join(str(error).split())}') from None
+
+    def collect(self, kind: type, topic: str) -> list[Any]:
+        """Subscribe to a topic; return the list that receives its messages."""
+        messages: list[Any] = []
+        self.subscribe(kind, topic, messages.append)
+        return messages
+
+    def wait(self, condition: Callable[[], object], seconds: float) -> bool:
+        """Receive messages for a time [s], or until a condition holds; return whether it does."""
+        limit = time.monotonic() + seconds
+        while not (holds := bool(condition())) and (left := limit - time.monotonic()) > 0.0:
+            time.sleep(min(left, _BATCH_PERIOD))
+            for subscription in self._subscriptions:
+                for message, _ in take_waiting(subscription, _MAX_BATCH):
+                    subscription.callback(message)
+        return holds
+
+    def call(self, kind: type[Any], name: str) -> Any:
+        """Return the answer of a service to an empty request; None if there is none."""
+        client = self.node.create_client(kind, name)
+        if not client.wait_for_service(timeout_sec=_SERVICE):
+            return None
+        future = client.call_async(kind.Request())
+        rclpy.spin_until_future_complete(self.node, future, timeout_sec=_SERVICE)
+        return future.result()

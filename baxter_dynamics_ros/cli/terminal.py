@@ -1,0 +1,88 @@
+"""Text, tables and progress bars; text from outside is never interpreted by the terminal."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+import io
+import os
+import signal
+import sys
+
+from ..model.exceptions import BaxterDynamicsError
+
+
+def printable(text: object) -> str:
+    """Return a text as one line, with unprintable characters as Python escapes."""
+    return ''.join(character if character.isprintable() else
+                   character.encode('unicode_escape').decode() for character in str(text))
+
+
+def say(*lines: object) -> None:
+    """Print lines to stdout; see :func:`printable` and :func:`write`."""
+    write('\n'.join(map(printable, lines)) + '\n')
+
+
+def complain(line: str) -> None:
+    """Print a line to stderr; see :func:`printable`."""
+    print(printable(line), file=sys.stderr)
+
+
+def write(text: str) -> None:
+    """
+    Write a text to stdout as it is; characters that the encoding lacks are escaped.
+
+    Raises
+    ------
+    BaxterDynamicsError
+        If stdout cannot be written.
+    SystemExit
+        If the reader of a pipe has ended.
+
+    """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors='backslashreplace')
+    try:
+        print(text, end='', flush=True)
+    except OSError as error:
+        # The buffer would be written again at exit, with a traceback.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(128 + signal.SIGPIPE) from None
+        raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
+
+
+def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
+               bold_last: bool = False) -> None:
+    """Print a table; all columns but the first are aligned to the right."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+    result = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for i, column in enumerate(columns):
+        result.add_column(column, justify='right' if i else 'left', no_wrap=not i)
+    for i, row in enumerate(rows):
+        result.add_row(*map(printable, row),
+                       style='bold' if bold_last and i == len(rows) - 1 else None)
+    console = Console(markup=False, highlight=False, emoji=False)
+    with console.capture() as capture:
+        console.print(result)
+    write(capture.get())
+
+
+@contextmanager
+def progress(total: float | None = None) -> Iterator[Callable[[float, str], None]]:
+    """
+    Show a progress bar, or without a total a spinner, if stdout is a terminal.
+
+    Yields a function to call with the amount completed and a description.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
+    console = Console()
+    columns = [SpinnerColumn(), TextColumn('{task.description}', markup=False)]
+    if total is not None:
+        columns += [BarColumn(), TimeRemainingColumn()]
+    with Progress(*columns, console=console, transient=True,
+                  disable=not console.is_terminal) as bar:
+        task = bar.add_task('', total=total)
+        yield lambda completed, text: bar.update(task, completed=completed,
+                                                 description=printable(text))
