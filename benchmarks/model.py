@@ -22,8 +22,10 @@ from typing import NamedTuple
 os.environ.update(dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1'))
 
 from baxter_dynamics_ros import BaxterArm  # noqa: E402, I100
-from baxter_dynamics_ros.model import joints  # noqa: E402
+from baxter_dynamics_ros.model import joints, lagrange_euler  # noqa: E402
 import numpy as np  # noqa: E402
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
 TOLERANCE = 1e-9  # largest difference; accelerations are compared by their torques [N m]
 BASE = 'Pinocchio'
@@ -133,10 +135,11 @@ def mujoco(arm: BaxterArm) -> list:
     """Return the calls of MuJoCo with the same parameters; none if it is not installed."""
     try:
         import mujoco as mj
+        from mujoco_model import mjcf
     except ImportError as error:
         print(f'MuJoCo is not installed: {error}')
         return []
-    model = mj.MjModel.from_xml_string(_mjcf(arm))
+    model = mj.MjModel.from_xml_string(mjcf(arm))
     data = mj.MjData(model)
     position, velocity, acceleration = data.qpos, data.qvel, data.qacc
     applied, inverse = data.qfrc_applied, data.qfrc_inverse
@@ -154,33 +157,6 @@ def mujoco(arm: BaxterArm) -> list:
     return [Call('tau', 'MuJoCo', tau, np.array), Call('forward', 'MuJoCo', forward, np.array)]
 
 
-def _mjcf(arm: BaxterArm) -> str:
-    """Return the arm in MuJoCo's format, body i in frame {i-1} turned by joint i."""
-    p, text = arm.parameters, ''
-    place = ''
-    for i in range(7):
-        c, s = np.cos(p.alpha[i]), np.sin(p.alpha[i])
-        turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-        a, d = p.a[i], p.d[i]
-        o = p.theta_offset[i]
-        spin = np.array([[np.cos(o), -np.sin(o), 0], [np.sin(o), np.cos(o), 0], [0, 0, 1]])
-        center = spin @ ([a, 0.0, d] + turn @ p.center_of_mass[i])
-        j = spin @ turn @ p.inertia[i] @ turn.T @ spin.T
-        numbers = (j[0, 0], j[1, 1], j[2, 2], j[0, 1], j[0, 2], j[1, 2])
-        text += (f'<body {place}><joint axis="0 0 1"/><inertial pos="{_text(center)}" '
-                 f'mass="{float(p.mass[i])!r}" fullinertia="{_text(numbers)}"/>')
-        frame = spin @ turn
-        place = (f'pos="{_text(spin @ [a, 0.0, d])}" xyaxes="{_text(frame[:, 0])} '
-                 f'{_text(frame[:, 1])}"')
-    return (f'<mujoco><option gravity="{_text(arm.gravity_vector)}"><flag contact="disable" '
-            f'constraint="disable"/></option><worldbody>{text}{"</body>" * 7}</worldbody>'
-            '</mujoco>')
-
-
-def _text(numbers) -> str:
-    return ' '.join(repr(float(x)) for x in numbers)
-
-
 def summed(terms: tuple) -> tuple:
     """Return M, completed from the upper triangle that crba computes, C and G."""
     mass, coriolis, gravity = terms
@@ -188,9 +164,9 @@ def summed(terms: tuple) -> tuple:
 
 
 def difference(call: Call, arm: BaxterArm) -> float:
-    """Return the largest difference between a call and the matrix equations [N m]."""
+    """Return the largest difference between a call and the equations of the paper [N m]."""
     q, qd, qdd = states(20)
-    tau = arm.composite.inverse_dynamics(q, qd, qdd)
+    tau = lagrange_euler.inverse_dynamics(arm.parameters, q, qd, qdd, arm.gravity_vector)
     if call.kind in ('batch', 'threads'):
         return np.abs(call.result(call.run(q, qd, qdd)) - tau).max()
     worst = []
@@ -199,7 +175,7 @@ def difference(call: Call, arm: BaxterArm) -> float:
             worst.append(np.abs(call.result(call.run(*state)) - torque).max())
         elif call.kind == 'forward':
             error = call.result(call.run(*state[:2], torque)) - state[2]
-            worst.append(np.abs(arm.composite.mass_matrix(state[0]) @ error).max())
+            worst.append(np.abs(arm.mass_matrix(state[0]) @ error).max())
         else:
             mass, coriolis, gravity = call.result(call.run(*state))
             worst.append(np.abs(mass @ state[2] + coriolis @ state[1] + gravity - torque).max())
@@ -233,13 +209,10 @@ def table(calls: list, arguments: list, rounds: int, n: int) -> None:
 
 def processor() -> str:
     """Return the name of the processor."""
-    try:
-        for line in Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines():
-            if line.startswith('model name'):
-                return line.partition(':')[2].strip()
-    except OSError:
-        pass  # not Linux
-    return platform.processor() or platform.machine()
+    cpuinfo = Path('/proc/cpuinfo')  # of Linux
+    lines = cpuinfo.read_text(encoding='utf-8').splitlines() if cpuinfo.exists() else []
+    names = [line.partition(':')[2].strip() for line in lines if line.startswith('model name')]
+    return names[0] if names else platform.processor()
 
 
 if __name__ == '__main__':

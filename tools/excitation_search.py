@@ -2,10 +2,11 @@
 
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.arrays import Array
-from baxter_dynamics_ros.model.composite import CompositeDynamics
+from baxter_dynamics_ros.model.base_parameters import fixed_to_link
 from baxter_dynamics_ros.model.effort import COULOMB_VELOCITY, DAHL_LENGTH
 from baxter_dynamics_ros.model.joints import (JOINTS, mount, N_JOINTS, POSITION_LOWER,
                                               POSITION_UPPER, S1, VELOCITY_LIMIT)
+from baxter_dynamics_ros.model.lagrange_euler import transform
 from baxter_dynamics_ros.model.presliding import Presliding
 from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION, motion, Series
 import numpy as np
@@ -51,9 +52,9 @@ def clearance(q: Array) -> Array:
         Positions [rad].
 
     """
-    frames = _ARM.mount @ _ARM.composite.transforms(q)
-    shoulder, elbow, wrist, hand = (frames[:, i, :3, 3] for i in (1, 3, 5, 7))
-    tool = hand + TOOL * frames[:, 7, :3, 2]
+    frames = [_ARM.mount @ transform(_ARM.parameters, 0, link, q) for link in (1, 3, 5, 7)]
+    shoulder, elbow, wrist, hand = (frame[:, :3, 3] for frame in frames)
+    tool = hand + TOOL * frames[-1][:, :3, 2]
     fore = np.stack([(elbow + wrist) / 2, wrist, (wrist + hand) / 2, hand, tool], axis=1)
     x, y, z = np.moveaxis(np.concatenate([elbow[:, None], fore], axis=1), -1, 0)
     from_shoulder = np.linalg.norm(fore[:, 1:] - shoulder[:, None], axis=-1)
@@ -90,16 +91,14 @@ def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Arra
         for i, joint in enumerate(JOINTS):
             if (name != 'stiffness' or i != S1) and ('spring' not in name or i == S1):
                 columns[f'{name}_{joint}'] = effort * (np.arange(N_JOINTS) == i)
-    down = _ARM.mount[:3, :3].T @ _ARM.gravity_vector
     for i, axis in enumerate('xy'):  # of the base; effort is linear in gravity
-        tilted = CompositeDynamics(_ARM.parameters, _ARM.parameters.pseudo_inertia,
-                                   _ARM.mount[i, :3])
-        columns[f'gravity_{axis}'] = tilted.gravity(q)
+        columns[f'gravity_{axis}'] = BaxterArm(gravity=np.eye(3)[i], mount=_ARM.mount).gravity(q)
+    regressor = _ARM.regressor(q, qd, qdd)
     for i, name in enumerate(('moment_x', 'moment_y', 'moment_z', 'mass')):  # of the payload
-        inertia = np.zeros((N_JOINTS, 4, 4))  # effort is linear in it
-        inertia[-1, i, 3] = inertia[-1, 3, i] = 1.0
-        load = CompositeDynamics(_ARM.parameters, inertia, down)
-        columns[f'payload_{name}'] = load.inverse_dynamics(q, qd, qdd)
+        inertia = np.zeros((4, 4))  # effort is linear in it
+        inertia[i, 3] = inertia[3, i] = 1.0
+        load = fixed_to_link(_ARM.parameters, N_JOINTS - 1, inertia)
+        columns[f'payload_{name}'] = regressor @ load[:regressor.shape[-1]]
     return columns
 
 

@@ -8,8 +8,9 @@ import numpy as np
 from .term import Fitted, Parameter, Sample, WORTH_OF_ALL
 from ..model.arm import BaxterArm
 from ..model.arrays import Array, Bools
+from ..model.base_parameters import fixed_to_link
 from ..model.joints import N_JOINTS
-from ..model.parameters import from_pseudo_inertia, inertia_elements, Payload
+from ..model.parameters import from_pseudo_inertia, inertia_elements
 
 # Standard deviations of the priors.
 _TILT = 0.3  # horizontal gravity, corresponding to 1.75 degrees [m/s^2]
@@ -73,6 +74,8 @@ class Links:
     def __init__(self, arm: BaxterArm) -> None:
         self._root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
         self._units = self._root[:, None] @ _SYMMETRIC @ self._root.swapaxes(-1, -2)[:, None]
+        self._base = np.stack([fixed_to_link(arm.parameters, link, units)
+                               for link, units in enumerate(self._units)])  # (7, 10, 45)
         self.parameters = (Parameter(_LINK),) * (N_JOINTS * len(_PAIRS))
 
     def acting(self, joint: int) -> list[int]:
@@ -81,9 +84,9 @@ class Links:
 
     def columns(self, sample: Sample, joint: int) -> Array:
         """Return the joint's torque for a unit of each parameter, (n, 10 (7 - joint))."""
-        moved = np.einsum('nlab,lkba->nlk', sample.regressor[:, joint, joint:],
-                          self._units[joint:], optimize=True)
-        return moved.reshape(len(moved), -1)
+        y = sample.regressor[:, joint]
+        base = self._base[joint:, :, :y.shape[1]]
+        return y @ base.reshape(-1, y.shape[1]).T
 
     def least_eigenvalues(self, deviation: Array) -> Array:
         """Return the smallest eigenvalue of 1 + S of each link, (7,)."""
@@ -131,8 +134,10 @@ class Tool:
     mass = _PAIRS.index((3, 3))
     fixed = tuple(n for n, (_, k) in enumerate(_PAIRS) if k < 3)
 
-    def __init__(self, payload: Payload) -> None:
-        self._base = payload
+    def __init__(self, arm: BaxterArm) -> None:
+        self._base = payload = arm.payload
+        units = np.where(_SYMMETRIC, 1.0, 0.0)
+        self._parameters = fixed_to_link(arm.parameters, N_JOINTS - 1, units)  # (10, 45)
         priors = {self.mass: Parameter(_PAYLOAD_MASS, -payload.mass),
                   **dict.fromkeys(self.moments, Parameter(_PAYLOAD_MOMENT))}
         self.parameters = tuple(priors.get(n, Parameter(1.0)) for n in range(len(_PAIRS)))
@@ -143,8 +148,8 @@ class Tool:
 
     def columns(self, sample: Sample, joint: int) -> Array:
         """Return the joint's torque for a unit of each parameter, (n, 10)."""
-        y = sample.regressor[:, joint, -1]
-        return np.stack([y[:, i, k] if i == k else y[:, i, k] + y[:, k, i] for i, k in _PAIRS], 1)
+        y = sample.regressor[:, joint]
+        return y @ self._parameters[:, :y.shape[1]].T
 
     def total(self, deviation: Array) -> tuple[float, Array]:
         """Return the payload's mass [kg] and centre of mass (3,) [m]."""

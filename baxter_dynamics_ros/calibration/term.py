@@ -53,8 +53,8 @@ class Sample:
 
     @cached_property
     def regressor(self) -> Array:
-        """Torques per unit of pseudo-inertia, (n, 7, 7, 4, 4)."""
-        return self.arm.composite.regressor(self.motion.q, self.motion.qd, self.motion.qdd)
+        """Torques per unit of each base parameter, (n, 7, 43 or 45)."""
+        return self.arm.regressor(self.motion.q, self.motion.qd, self.motion.qdd)
 
     @cached_property
     def horizontal_gravity(self) -> Array:

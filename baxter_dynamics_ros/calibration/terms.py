@@ -46,7 +46,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     model = settings.effort_model
     terms: list[Term] = [
         PerJoint('bias', 'N m', OFFSET, _ones),
-        Tool(settings.arm.payload),  # first: an unknown load hides friction
+        Tool(settings.arm),  # first: an unknown load hides friction
     ]
     if shape or model.has_spring:
         terms.append(Spring(model, shape, constant))

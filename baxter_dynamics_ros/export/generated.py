@@ -4,6 +4,7 @@ import ast
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
+import re
 from textwrap import wrap
 from typing import NamedTuple
 
@@ -13,10 +14,10 @@ PATH = Path(_closed_form.__file__)
 
 
 class Body(NamedTuple):
-    """The body of a generated function, after its inputs have names."""
+    """The body of a generated function, after its inputs have names; expressions are text."""
 
-    statements: list[tuple[str, ast.expr]]  # name, value; names are reused
-    results: list[ast.expr]  # row by row, one after the other
+    statements: list[tuple[str, str]]  # name, value; names are reused
+    results: list[str]  # row by row, one after the other
 
 
 @cache
@@ -25,21 +26,17 @@ def bodies() -> dict[str, Body]:
     result = {}
     for function in ast.parse(PATH.read_text(encoding='utf-8')).body:
         if isinstance(function, ast.FunctionDef):
-            statements, results = [], []
-            for statement in function.body:
-                target = statement.targets[0] if isinstance(statement, ast.Assign) else None
-                if isinstance(statement, ast.Assign) and isinstance(target, ast.Name):
-                    statements.append((target.id, statement.value))
-                elif isinstance(statement, ast.Return) and isinstance(statement.value, ast.Tuple):
-                    results = statement.value.elts
-            result[function.name] = Body(statements, results)
+            statements = [(statement.targets[0].id, ast.unparse(statement.value))
+                          for statement in function.body if isinstance(statement, ast.Assign)
+                          and isinstance(statement.targets[0], ast.Name)]
+            returned = ast.unparse(function.body[-1]).removeprefix('return ')
+            result[function.name] = Body(statements, returned.strip('()').split(', '))
     return result
 
 
-def names(expressions: Iterable[ast.expr]) -> set[str]:
+def names(expressions: Iterable[str]) -> set[str]:
     """Return the names that expressions read."""
-    return {node.id for expression in expressions for node in ast.walk(expression)
-            if isinstance(node, ast.Name)}
+    return set(re.findall(r'[a-z]\w*', ' '.join(expressions)))
 
 
 def folded(text: str, width: int, after: str = '    ', end: str = '') -> str:

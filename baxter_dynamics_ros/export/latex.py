@@ -1,13 +1,12 @@
 """Export as an article in LaTeX: G and the diagonal of M, with their definitions."""
 
-import ast
 from collections.abc import Iterable
+import re
 
 import numpy as np
 
 from .generated import bodies, names
 from .legend import head, parameters
-from .notation import formula, symbol
 from ..model._closed_form import PARAMETERS
 from ..model.arm import BaxterArm
 from ..model.joints import JOINTS, N_JOINTS
@@ -15,8 +14,13 @@ from ..model.joints import JOINTS, N_JOINTS
 _ESCAPES = {**{character: f'\\{character}' for character in '#$%&_{}'},
             '^': r'\textasciicircum{}', '~': r'\textasciitilde{}', '<': r'\textless{}',
             '>': r'\textgreater{}', '|': r'\textbar{}', '"': "''"}
+# Names with another letter in LaTeX.
+_LETTERS = {'izz': ('I', 'zz'), 'up': ('u', ''), 'hx': ('h', 'x'), 'hy': ('h', 'y'),
+            **{element: ('J', element) for element in ('xx', 'yy', 'xy', 'xz', 'yz')}}
 _QUARTER = r' + \pi/2'
 _BLOCKS = 3  # of the table of parameters, side by side
+
+_Formula = tuple[str, str]  # symbol in LaTeX, expression in Python
 
 _START = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[margin=22mm]{geometry}
@@ -57,7 +61,7 @@ of link 1 about its joint. In frame $\{0\}$ the gravity vector is $(-u_x, -u_y, 
 def files(arm: BaxterArm, command: str) -> dict[str, str]:
     """Return the exported file: its name -> its text."""
     definitions, results = _formulas()
-    used = names([value for _, value in (*definitions, *results)])
+    used = names(value for _, value in (*definitions, *results))
     text = _START
     for field, value in (('about', _escaped(' '.join(head(arm, command)).replace('`', ''))),
                          ('joints', ', '.join(JOINTS)), ('links', '\n'.join(_links(arm)))):
@@ -70,44 +74,54 @@ def files(arm: BaxterArm, command: str) -> dict[str, str]:
         '\\end{multicols}', '\\end{document}\n'])}
 
 
-def _formulas() -> tuple[list[tuple[str, ast.expr]], list[tuple[str, ast.expr]]]:
+def _formulas() -> tuple[list[_Formula], list[_Formula]]:
     """
-    Return the definitions, and G and the diagonal of M in terms of them, as (LaTeX, value).
+    Return the definitions, and G and the diagonal of M in terms of them.
 
     The generated function reuses names; here each definition has a name of its own.
     """
     statements, results = bodies()['terms']
     current: dict[str, str] = {}
-    unique: list[tuple[str, ast.expr]] = []
-    for target, value in statements:
-        renamed = _renamed(value, current)
-        current[target] = f't{len(unique) + 1}'
-        unique.append((current[target], renamed))
-    last = len(results) - N_JOINTS
-    wanted = [(f'G_{{{i + 1}}}', results[last + i]) for i in range(N_JOINTS)]
+    unique: list[_Formula] = []
+    for i, (target, value) in enumerate(statements):
+        unique.append((f'_t{i}', _renamed(value, current)))
+        current[target] = f'_t{i}'
+    wanted = [(f'G_{{{i + 1}}}', results[i - N_JOINTS]) for i in range(N_JOINTS)]
     wanted += [(f'M_{{{i + 1}{i + 1}}}', results[i * (N_JOINTS + 1)]) for i in range(N_JOINTS)]
     wanted = [(target, _renamed(value, current)) for target, value in wanted]
-    needed, kept = names(value for _, value in wanted), []
-    for target, value in reversed(unique):
-        if target in needed:
-            needed |= names([value])
-            kept.append((target, value))
-    numbers = {target: f't{i + 1}' for i, (target, _) in enumerate(reversed(kept))}
-    return ([(symbol(numbers[target]), _renamed(value, numbers)) for target, value in
-             reversed(kept)], [(target, _renamed(value, numbers)) for target, value in wanted])
+    needed = _words(wanted)
+    kept: list[_Formula] = []
+    for formula in reversed(unique):
+        if formula[0] in needed:
+            needed |= _words([formula])
+            kept.insert(0, formula)
+    numbers = {target: f't{i + 1}' for i, (target, _) in enumerate(kept)}
+    return ([(symbol(numbers[target]), _renamed(value, numbers)) for target, value in kept],
+            [(target, _renamed(value, numbers)) for target, value in wanted])
 
 
-def _renamed(value: ast.expr, new: dict[str, str]) -> ast.expr:
-    """Return a copy of an expression with other names."""
-    copy = ast.parse(ast.unparse(value), mode='eval').body
-    for node in ast.walk(copy):
-        if isinstance(node, ast.Name):
-            node.id = new.get(node.id, node.id)
-    return copy
+def _words(formulas: Iterable[_Formula]) -> set[str]:
+    return {word for _, value in formulas for word in re.findall(r'\w+', value)}
 
 
-def _lines(formulas: Iterable[tuple[str, ast.expr]]) -> list[str]:
-    return [f'\\where{{{target}}}{{{formula(value)}}}' for target, value in formulas]
+def _renamed(value: str, new: dict[str, str]) -> str:
+    return re.sub(r'\w+', lambda word: new.get(word[0], word[0]), value)
+
+
+def _lines(formulas: Iterable[_Formula]) -> list[str]:
+    return [f'\\where{{{target}}}{{{_latex(value)}}}' for target, value in formulas]
+
+
+def _latex(value: str) -> str:
+    value = re.sub(r'\((\w+) \+ \1\)', r'2 * \1', value)
+    return re.sub(r'[a-z]\w*', lambda word: symbol(word[0]), value).replace(' * ', r'\,')
+
+
+def symbol(name: str) -> str:
+    """Return a name such as t12, s3, xx7 or up_z in LaTeX: a letter and its index."""
+    word, index = re.fullmatch('([a-z]+)_?([0-9]+|[xyz])', name).groups()  # type: ignore
+    letter, element = _LETTERS.get(word, (word, ''))
+    return f'{letter}_{{{element}{index}}}'
 
 
 def _links(arm: BaxterArm) -> list[str]:

@@ -1,6 +1,5 @@
 """Export as a package of functions for MATLAB and GNU Octave."""
 
-import ast
 from collections.abc import Iterator
 from math import prod
 
@@ -82,8 +81,8 @@ def _rows(name: str) -> Iterator[int]:
         start += prod(shape)
 
 
-def _statement(target: str, value: ast.expr) -> str:
-    text = ast.unparse(value).replace(' * ', ' .* ').replace(' / ', ' ./ ')
+def _statement(target: str, value: str) -> str:
+    text = value.replace(' * ', ' .* ').replace(' / ', ' ./ ')
     return folded(f'    {target} = {text};', _WIDTH, ' ' * 8, ' ...')
 
 

@@ -11,6 +11,8 @@ from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import joint_names, N_JOINTS
+from ..model.lagrange_euler import transform
+from ..model.parameters import from_pseudo_inertia
 from ..simulation.description import DescriptionError, find_description
 
 _ELEMENTS = {'ixx': (0, 0), 'ixy': (0, 1), 'ixz': (0, 2), 'iyy': (1, 1), 'iyz': (1, 2),
@@ -120,12 +122,9 @@ def _links(arm: BaxterArm, described: list[Array]) -> Iterator[tuple[Array, Arra
     p = arm.parameters
     pseudo = p.pseudo_inertia.copy()
     pseudo[-1] += arm.payload.pseudo_inertia
-    frame = arm.mount
     for k in range(N_JOINTS):
-        joint = frame @ _turn(p.theta_offset[k], 'z')
-        shift = np.eye(4)
-        shift[[0, 2], 3] = p.a[k], p.d[k]
-        frame = joint @ shift @ _turn(p.alpha[k], 'x')
+        before, frame = (arm.mount @ transform(p, 0, i, np.zeros(N_JOINTS)) for i in (k, k + 1))
+        joint = before @ _turn(p.theta_offset[k], 'z')
         # The description turns its frames about the joint's axis by multiples of 90 degrees and
         # shifts them along it.
         offset = np.linalg.inv(joint) @ described[k]
@@ -136,10 +135,8 @@ def _links(arm: BaxterArm, described: list[Array]) -> Iterator[tuple[Array, Arra
             raise DescriptionError(f'link {k + 1} of the description lies elsewhere than Table II '
                                    "and the mount say; is it a Baxter's arm?")
         to_own = np.linalg.inv(own) @ frame
-        j = to_own @ pseudo[k] @ to_own.T
-        mass, center = j[3, 3], j[:3, 3] / j[3, 3]
-        second = j[:3, :3] - mass * np.outer(center, center)
-        yield own, center, np.trace(second) * np.eye(3) - second, mass
+        mass, center, inertia = from_pseudo_inertia(to_own @ pseudo[k] @ to_own.T)
+        yield own, center, inertia, float(mass)
 
 
 def _child(element: ET.Element, tag: str) -> ET.Element:

@@ -1,7 +1,6 @@
 """BaxterArm: closed-form dynamics and kinematics of one Baxter arm."""
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,7 +9,6 @@ from . import paper_tables
 from .arrays import Array, ArrayLike
 from .base_parameters import NAMES, TILTED_NAMES
 from .closed_form import AUTO, choose_engine, functions, parameter_values
-from .composite import CompositeDynamics
 from .exceptions import ArgumentError
 from .parameters import ArmParameters, paper_parameters, Payload
 from .validation import finite
@@ -79,7 +77,6 @@ class BaxterArm:
         upright = bool(np.abs(gravity_0[:2]).max() <= _UPRIGHT * np.abs(gravity_0).max())
         if upright:  # remove the rounding errors of the mount
             gravity_0 = gravity_0 * [0.0, 0.0, 1.0]
-        self._inertia_and_gravity = pseudo_inertia, gravity_0
         self._requested_engine = engine
         self.engine = choose_engine(engine)
         self.closed_form_parameters = parameter_values(self.parameters, pseudo_inertia, gravity_0,
@@ -89,11 +86,6 @@ class BaxterArm:
         count = len(NAMES if upright else TILTED_NAMES)
         self.base_parameters: Array = np.array(self.closed_form_parameters[:count])
         self.base_parameters.flags.writeable = False
-
-    @cached_property
-    def composite(self) -> CompositeDynamics:
-        """Return the same dynamics as readable matrix equations, with the link transforms."""
-        return CompositeDynamics(self.parameters, *self._inertia_and_gravity)
 
     def __reduce__(self) -> tuple[type['BaxterArm'], tuple[Any, ...]]:
         """Pickle and copy by constructor arguments."""

@@ -58,6 +58,13 @@ def base_parameters(parameters: ArmParameters, pseudo_inertia: Array) -> Array:
     return np.stack(result, -1)
 
 
+def fixed_to_link(parameters: ArmParameters, link: int, pseudo_inertia: Array) -> Array:
+    """Return the base parameters (..., 45) of bodies (..., 4, 4) fixed to a link (0 to 6)."""
+    alone = np.zeros(pseudo_inertia.shape[:-2] + (N_JOINTS, 4, 4))
+    alone[..., link, :, :] = pseudo_inertia
+    return base_parameters(parameters, alone)
+
+
 def lengths(parameters: ArmParameters) -> tuple[float, ...]:
     """
     Return the lengths of :data:`LENGTH_NAMES` [m].
@@ -74,7 +81,7 @@ def lengths(parameters: ArmParameters) -> tuple[float, ...]:
         raise ArgumentError(
             'parameters', "expected Baxter's kinematic structure, for which the closed form was "
             'derived (Table II: alpha of links 1 to 6 -90, 90, ... degrees; a and d of links 2, 4 '
-            'and 6 zero); use model.composite.CompositeDynamics for any other arm')
+            'and 6 zero); model.lagrange_euler computes any other arm')
     return tuple(float(x) for x in (a[0], a[2], d[2], a[4], d[4]))
 
 

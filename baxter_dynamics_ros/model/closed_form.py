@@ -33,13 +33,7 @@ _to_list: Callable[[Any], Any] = np.ndarray.tolist
 
 def choose_engine(engine: str) -> str:
     """
-    Return 'compiled' or 'python'.
-
-    Parameters
-    ----------
-    engine : str
-        One of :data:`ENGINES`. 'auto' is the value of the environment variable
-        BAXTER_DYNAMICS_ENGINE if set, else 'compiled' if the extension is installed.
+    Return 'compiled' or 'python' for one of :data:`ENGINES`, see :class:`.BaxterArm`.
 
     Raises
     ------
@@ -73,22 +67,8 @@ def parameter_values(parameters: ArmParameters, pseudo_inertia: Array, gravity: 
     """
     Return the values of ``_closed_form.PARAMETERS``.
 
-    Parameters
-    ----------
-    parameters : ArmParameters
-        The links.
-    pseudo_inertia : ndarray (7, 4, 4)
-        J of eq. (12): that of ``parameters``, with any payload added to the last link.
-    gravity : ndarray (3,)
-        Gravity vector in frame {0} [m/s^2].
-    mount : ndarray (4, 4)
-        Pose of frame {0} in the base frame.
-
-    Raises
-    ------
-    ArgumentError
-        If the kinematic structure differs from Baxter's.
-
+    ``pseudo_inertia`` (7, 4, 4) is J of eq. (12) with any payload added to the last link, and
+    ``gravity`` (3,) is in frame {0} [m/s^2].
     """
     a, d, alpha = (x.tolist() for x in (parameters.a, parameters.d, parameters.alpha))
     return (*base_parameters(parameters, pseudo_inertia).tolist(), *lengths(parameters),
@@ -110,46 +90,35 @@ def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> di
         theta - q of eq. (2) [rad].
 
     """
-    shift = theta_offset - theta_offsets()  # the generated functions have theta_2 = q_2 + pi/2
+    make: Callable[..., Function] = _python_function
     if engine == COMPILED:
-        _compiled = import_module('._compiled', __package__)
-
-        def make(name: str) -> Function:
-            return _compiled.function(name, _names(name), _shapes(name), values, finite_batches)
-    else:
-        def make(name: str) -> Function:
-            return _python_function(name, values)
-    made = {name: make(name) for name in _closed_form.FUNCTIONS}
-    if shift.any():
-        made = {name: _shifted(name, function, shift) for name, function in made.items()}
-    return made
+        make = import_module('._compiled', __package__).function
+    shift = theta_offset - theta_offsets()  # the generated functions have theta_2 = q_2 + pi/2
+    result = {}
+    for name, (vectors, outputs) in _closed_form.FUNCTIONS.items():
+        names, shapes = ('q', *vectors), [output[1] for output in outputs]
+        function = make(name, names, shapes, values, finite_batches)
+        result[name] = _shifted(function, names, shift) if shift.any() else function
+    return result
 
 
-def _names(name: str) -> tuple[str, ...]:
-    return 'q', *_closed_form.FUNCTIONS[name][0]
-
-
-def _shapes(name: str) -> list[tuple[int, ...]]:
-    return [output[1] for output in _closed_form.FUNCTIONS[name][1]]
-
-
-def _shifted(name: str, function: Function, shift: Array) -> Function:
+def _shifted(function: Function, names: tuple[str, ...], shift: Array) -> Function:
     def call(*arguments: ArrayLike) -> Any:
-        q, *rest = finite_batches(_names(name), arguments)
+        q, *rest = finite_batches(names, arguments)
         return function(q + shift, *rest)
     return call
 
 
-def _python_function(name: str, parameters: tuple[float, ...]) -> Function:
+def _python_function(name: str, names: tuple[str, ...], shapes: list[tuple[int, ...]],
+                     parameters: tuple[float, ...], validate: Function) -> Function:
     """Return a function of ``_closed_form`` for one state (7,) or a batch (..., 7)."""
     function = getattr(_closed_form, name)
-    names, shapes = _names(name), _shapes(name)
     size = sum(map(prod, shapes))
     write: Callable[..., None] = Struct(f'{size}d').pack_into
 
     def compute(*arguments: ArrayLike) -> Any:
         if not all(map(_is_state, arguments)):
-            arrays = finite_batches(names, arguments)
+            arrays = validate(names, arguments)
             return _split(_compute_many(function, size, parameters, arrays), shapes)
         q, *rest = map(_to_list, arguments)
         result = np.empty(size)

@@ -2,9 +2,8 @@
 Lagrange-Euler formulation of the paper, equation by equation: the specification of the model.
 
 The functions implement eqs. (2) and (5) to (11) term by term, in the paper's notation and frame
-{0}, with indices that start at 0. They are too slow for streams: :mod:`.composite` computes the
-same in a few matrix products, and :mod:`.closed_form`, the engine of
-:class:`~baxter_dynamics_ros.BaxterArm`, in far fewer operations.
+{0}, with indices that start at 0. They are too slow for streams: :mod:`.closed_form`, the engine
+of :class:`~baxter_dynamics_ros.BaxterArm`, computes the same in far fewer operations.
 
 ``p`` is an :class:`~baxter_dynamics_ros.model.parameters.ArmParameters`, ``q``, ``qd`` and ``qdd``
 have shape (..., 7) in rad, rad/s, rad/s^2, and ``g`` is the gravity vector (3,) in frame {0},

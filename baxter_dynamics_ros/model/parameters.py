@@ -8,9 +8,8 @@ Without corrections the torques are wrong by up to 40 N m. Each can be omitted t
   Table III lists them about the centre of mass.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -61,12 +60,9 @@ class ArmParameters:
             raise ArgumentError('corrections', f'unknown {sorted(unknown)}; '
                                 f'expected some of {sorted(CORRECTIONS)}')
         self._set('theta_offset', theta_offsets(THETA_2_OFFSET in self.corrections))
-        if INERTIA_AT_ORIGIN in self.corrections:
-            at_origin = inertia_about_origin(self.inertia, self.mass, self.center_of_mass)
-            pseudo = pseudo_inertia(at_origin, self.mass, self.center_of_mass)
-        else:
-            pseudo = pseudo_inertia_as_printed(self.inertia, self.mass, self.center_of_mass)
-        self._set('pseudo_inertia', pseudo)
+        build = (pseudo_inertia if INERTIA_AT_ORIGIN in self.corrections
+                 else pseudo_inertia_as_printed)
+        self._set('pseudo_inertia', build(self.inertia, self.mass, self.center_of_mass))
 
     def _set(self, name: str, array: Array) -> None:
         array.flags.writeable = False
@@ -82,9 +78,9 @@ class Payload:
     ----------
     mass : float
         Mass [kg], not negative.
-    center_of_mass : array_like (3,)
+    center_of_mass : sequence (3,)
         Centre of mass in the hand frame [m].
-    inertia : array_like (6,)
+    inertia : sequence (6,)
         Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the payload's centre of mass, axes of the hand frame
         [kg m^2]. Order as in Table III; off-diagonals are elements of the tensor. Zero for a point
         mass.
@@ -98,23 +94,16 @@ class Payload:
     """
 
     mass: float = 0.0
-    center_of_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
-    inertia: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-    if TYPE_CHECKING:  # array_like arguments
-        def __init__(self, mass: float = ..., center_of_mass: ArrayLike = ...,
-                     inertia: ArrayLike = ...) -> None:
-            ...
+    center_of_mass: Sequence[float] = (0.0, 0.0, 0.0)
+    inertia: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         """Validate the arguments and store tuples, so that payloads compare by value."""
-        set_ = object.__setattr__
-        set_(self, 'mass', number('payload.mass', self.mass, lower=0.0))
-        set_(self, 'center_of_mass',
-             tuple(finite('payload.center_of_mass', self.center_of_mass, (3,)).tolist()))
-        set_(self, 'inertia', tuple(finite('payload.inertia', self.inertia, (6,)).tolist()))
-        tensor = self.inertia_tensor
-        moments = np.linalg.eigvalsh(tensor)
+        object.__setattr__(self, 'mass', number('payload.mass', self.mass, lower=0.0))
+        for name, size in (('center_of_mass', 3), ('inertia', 6)):
+            value = finite(f'payload.{name}', getattr(self, name), (size,))
+            object.__setattr__(self, name, tuple(value.tolist()))
+        moments = np.linalg.eigvalsh(self.inertia_tensor)
         if moments[0] < -1e-12 or moments[0] + moments[1] < moments[2] * (1 - 1e-9) - 1e-12:
             raise ArgumentError(
                 'payload.inertia', 'expected the inertia of a rigid body (principal moments not '
@@ -130,21 +119,11 @@ class Payload:
     @property
     def pseudo_inertia(self) -> Array:
         """Pseudo-inertia about the hand frame's origin, (4, 4), eq. (12)."""
-        center = np.array(self.center_of_mass)
-        return pseudo_inertia(
-            inertia_about_origin(self.inertia_tensor, self.mass, center), self.mass, center)
+        return pseudo_inertia(self.inertia_tensor, self.mass, np.array(self.center_of_mass))
 
 
 def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
-    """
-    Return the parameters of Tables II to IV.
-
-    Parameters
-    ----------
-    corrections : collection of str
-        Which of :data:`CORRECTIONS` to apply; all by default. Omit one only to see its effect.
-
-    """
+    """Return the parameters of Tables II to IV, with the given corrections (default: all)."""
     d, a, alpha, mass = np.array(paper_tables.TABLE_II).T
     return ArmParameters(
         d=d, a=a, alpha=alpha, mass=mass, center_of_mass=np.array(paper_tables.TABLE_IV),
@@ -203,12 +182,13 @@ def inertia_tensor(elements: Array) -> Array:
                      np.stack([xz, yz, zz], -1)], -2)
 
 
-def inertia_about_origin(inertia: Array, mass: Array | float, center: Array) -> Array:
+def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
     """
-    Move inertias from the centre of mass to the link frame's origin (parallel axes).
+    Return J of eq. (12), (..., 4, 4), of inertias (..., 3, 3) about the centre of mass.
 
-    This is the correction that Table III needs before eq. (12):
-    ``I_origin = I_com + m (r.r 1 - r r^T)``.
+    The inertia is first moved to the origin of the link frame (parallel axes), the correction
+    that Table III needs: ``I_origin = I_com + m (r.r 1 - r r^T)``. The 3 x 3 block of J is
+    tr(I_origin)/2 1 - I_origin, so its off-diagonals are -I_xy and so on.
 
     Parameters
     ----------
@@ -221,37 +201,28 @@ def inertia_about_origin(inertia: Array, mass: Array | float, center: Array) -> 
 
     """
     outer = center[..., :, None] * center[..., None, :]
-    trace = np.trace(outer, axis1=-2, axis2=-1)[..., None, None]
-    return inertia + np.asarray(mass)[..., None, None] * (trace * np.eye(3) - outer)
+    at_origin = inertia + np.asarray(mass)[..., None, None] * (_trace(outer) - outer)
+    return _assemble(_trace(at_origin) / 2 - at_origin, mass, center)
 
 
-def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
+def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array) -> Array:
     """
-    Build J_i of eq. (12) from an inertia *about the link frame's origin*.
+    Return J as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
 
-    The 3 x 3 block is tr(I)/2 1 - I, so its off-diagonals are -I_xy and so on.
-
-    Returns
-    -------
-    ndarray (..., 4, 4)
-
+    Incorrect: M differs by up to 0.13 kg m^2, and J is not positive definite. Kept to show the
+    effect.
     """
-    half_trace = np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2
-    return _assemble(half_trace * np.eye(3) - inertia, mass, center)
+    diagonal = np.eye(3) * inertia
+    return _assemble(_trace(inertia) / 2 + inertia - 2 * diagonal, mass, center)
 
 
 def from_pseudo_inertia(pseudo: Array) -> tuple[Array, Array, Array]:
-    """
-    Return mass (...), centre of mass (..., 3) and inertia about it (..., 3, 3) of J (..., 4, 4).
-
-    The inverse of :func:`pseudo_inertia` after :func:`inertia_about_origin`.
-    """
+    """Return mass (...), centre of mass (..., 3) and inertia about it (..., 3, 3) of J."""
     mass = pseudo[..., 3, 3]
     center = pseudo[..., :3, 3] / mass[..., None]
     about_center = pseudo[..., :3, :3] - mass[..., None, None] * (
         center[..., :, None] * center[..., None, :])
-    trace = np.trace(about_center, axis1=-2, axis2=-1)[..., None, None]
-    return mass, center, trace * np.eye(3) - about_center
+    return mass, center, _trace(about_center) - about_center
 
 
 def inertia_elements(tensor: Array) -> Array:
@@ -259,25 +230,15 @@ def inertia_elements(tensor: Array) -> Array:
     return tensor[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
 
 
-def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array) -> Array:
-    """
-    Build J_i as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
-
-    Incorrect: M differs by up to 0.13 kg m^2, and J is not positive definite. Kept to show the
-    effect.
-    """
-    printed = np.eye(3) * np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 + inertia
-    diagonal = np.einsum('...ii->...i', printed)
-    diagonal -= 2 * np.einsum('...ii->...i', inertia)
-    return _assemble(printed, mass, center)
+def _trace(matrix: Array) -> Array:
+    """Return tr(X) 1, (..., 3, 3)."""
+    return np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
 
 
 def _assemble(block: Array, mass: Array | float, center: Array) -> Array:
     """Assemble second moments (..., 3, 3), m r and m into (..., 4, 4)."""
     result = np.empty(block.shape[:-2] + (4, 4))
-    first_moment = np.asarray(mass)[..., None] * center
     result[..., :3, :3] = block
-    result[..., :3, 3] = first_moment
-    result[..., 3, :3] = first_moment
+    result[..., :3, 3] = result[..., 3, :3] = np.asarray(mass)[..., None] * center
     result[..., 3, 3] = mass
     return result

@@ -19,26 +19,10 @@ def finite(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
         If the value is not numeric, has another shape, or is not finite.
 
     """
-    array = _as_float(name, value)
+    array = _real(name, value)
     if array.shape != shape:
         raise ArgumentError(name, f'expected shape {shape}, got {array.shape}')
-    return _refuse_non_finite(name, array)
-
-
-def finite_batch(name: str, value: ArrayLike, n: int) -> Array:
-    """
-    Return ``value`` as a float array of shape (..., n); leading axes are a batch.
-
-    Raises
-    ------
-    ArgumentError
-        If the value is not numeric, its last axis is not n long, or it is not finite.
-
-    """
-    array = _as_float(name, value)
-    if array.ndim == 0 or array.shape[-1] != n:
-        raise ArgumentError(name, f'expected shape (..., {n}), got {array.shape}')
-    return _refuse_non_finite(name, array)
+    return _finite(name, array)
 
 
 def finite_batches(names: Sequence[str], values: Sequence[ArrayLike]) -> list[Array]:
@@ -52,7 +36,11 @@ def finite_batches(names: Sequence[str], values: Sequence[ArrayLike]) -> list[Ar
         do not broadcast.
 
     """
-    arrays = [finite_batch(name, value, N_JOINTS) for name, value in zip(names, values)]
+    arrays = [_real(name, value) for name, value in zip(names, values)]
+    for name, array in zip(names, arrays):
+        if array.shape[-1:] != (N_JOINTS,):
+            raise ArgumentError(name, f'expected shape (..., {N_JOINTS}), got {array.shape}')
+        _finite(name, array)
     try:
         broadcast = np.broadcast_arrays(*arrays)
     except ValueError:
@@ -80,7 +68,7 @@ def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = n
     return result
 
 
-def _as_float(name: str, value: ArrayLike) -> Array:
+def _real(name: str, value: ArrayLike) -> Array:
     try:
         array = np.asarray(value)
         if array.dtype.kind not in 'fiu':
@@ -90,7 +78,7 @@ def _as_float(name: str, value: ArrayLike) -> Array:
         raise ArgumentError(name, f'expected real numbers ({error})') from None
 
 
-def _refuse_non_finite(name: str, array: Array) -> Array:
+def _finite(name: str, array: Array) -> Array:
     if not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ArgumentError(name, f'expected finite values, got {array[index]} at index {index}')

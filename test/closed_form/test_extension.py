@@ -29,10 +29,10 @@ values = BaxterArm(engine='python').closed_form_parameters
 rng = np.random.default_rng(0)
 count = 0
 for target in module.TARGETS:
-    for name, (inputs, _) in c._closed_form.FUNCTIONS.items():
+    for name, (inputs, outputs) in c._closed_form.FUNCTIONS.items():
         k = 1 + len(inputs)
-        f = module.function(name, c._names(name), c._shapes(name), values, c.finite_batches,
-                            target)
+        f = module.function(name, ('q', *inputs), [output[1] for output in outputs], values,
+                            c.finite_batches, target)
         for n in (0, 1, 2, 15, 16, 17, 513):
             x = rng.uniform(-3, 3, (k, n, 7))
             f(*x)

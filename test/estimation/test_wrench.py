@@ -3,6 +3,7 @@
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.wrench import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
 from baxter_dynamics_ros.model.joints import SIDES
+from baxter_dynamics_ros.model.lagrange_euler import transform
 from baxter_dynamics_ros.model.parameters import paper_parameters
 import numpy as np
 import pytest
@@ -118,7 +119,7 @@ def test_unexplained_is_the_part_along_the_self_motion(hand, rng):
 def test_a_push_on_the_elbow_is_told_from_one_on_the_hand(arm, hand):
     jacobian, step = hand.jacobian(ELBOW_OUT), 1e-6
     moved = (ELBOW_OUT + sign * step * np.eye(7) for sign in (1.0, -1.0))
-    ahead, behind = (arm.composite.transforms(q)[:, 4, :3, 3] @ arm.mount[:3, :3].T for q in moved)
+    ahead, behind = ((arm.mount @ transform(arm.parameters, 0, 4, q))[:, :3, 3] for q in moved)
     elbow = (ahead - behind) / (2 * step)  # (7, 3), its Jacobian transposed [m]
     swing = self_motion(jacobian) @ elbow  # how the elbow can move while the hand rests [m]
     along = 10.0 * swing / np.linalg.norm(swing)  # [N]

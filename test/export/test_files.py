@@ -56,12 +56,12 @@ def test_c_functions_for_one_state_and_for_batches(export, arm, run, tmp_path, s
             np.testing.assert_allclose(result[:-1], whole[7].ravel(), rtol=1e-11, atol=1e-11)
 
 
-def test_the_c_example_prints_what_it_says(export, run):
+def test_c_example_prints_its_documented_output(export, run):
     needs('gcc', 'gcc')
     text = export('c', BaxterArm())['example.c'].read_text()
     (command,) = re.findall(r'^ \*     (gcc .*) && ', text, re.MULTILINE)
     (printed,) = re.findall(r'prints\n \*     (.*)\n', text)
-    run(*command.split())
+    run(*command.replace('-O3', '-O0').split())
     assert run('./example').split() == printed.split()
 
 

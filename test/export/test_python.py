@@ -10,14 +10,18 @@ import numpy as np
 import pytest
 
 
-@pytest.fixture
-def module(export, arm):
+def load(export, arm):
     """Return the exported module of an arm."""
     (path,) = export('python', arm).values()
     spec = spec_from_file_location('exported', path)
     result = module_from_spec(spec)
     spec.loader.exec_module(result)
     return result
+
+
+@pytest.fixture
+def module(export, arm):
+    return load(export, arm)
 
 
 def vectors(module, name):
@@ -53,21 +57,32 @@ def test_casadi_symbols(module, states, check):
                      for part, output in zip(np.split(flat, sizes, axis=1), outputs)])
 
 
-def test_sympy_symbols(module, states):
+def test_sympy_symbols(export):
     sympy = pytest.importorskip('sympy', reason='needs SymPy: pip install sympy')
-    for name in ('gravity', 'inverse_dynamics', 'forward_kinematics'):
-        function, sizes = getattr(module, name), 2 + len(module.FUNCTIONS[name][0])
-        symbols = [sympy.symbols(f'x{i}_1:8') for i in range(sizes)]
-        parameters = sympy.symbols(module.PARAMETERS)
-        # A polynomial in them: at rational points it is exact.
-        values = function(*symbols, parameters)
-        numbers = [[sympy.Rational(3 * i + k + 1, 7 + k) for k in range(7)] for i in range(sizes)]
-        expected = function(*([float(x) for x in row] for row in numbers), module.VALUES)
-        places = {s: x for row, values_ in zip(symbols, numbers) for s, x in zip(row, values_)}
-        places.update(zip(parameters, module.VALUES))
-        result = sympy.lambdify(list(places), values, modules='math', cse=True)(
-            *map(float, places.values()))
-        np.testing.assert_allclose(result, expected, rtol=1e-11, atol=1e-11)
+    module = load(export, BaxterArm())
+    for name in ('gravity', 'forward_kinematics'):
+        q = sympy.symbols('q1:8')
+        values = getattr(module, name)(map(sympy.sin, q), map(sympy.cos, q), module.VALUES)
+        result = sympy.lambdify(q, values, modules='math')(*np.full(7, 0.3).tolist())
+        np.testing.assert_allclose(result, getattr(BaxterArm(), name)(np.full(7, 0.3)).ravel(),
+                                   rtol=1e-11, atol=1e-11)
+
+
+def test_gradients(module, states, arm):
+    """Of JAX and PyTorch, if they are installed."""
+    q, qd, qdd = (states[name][0] for name in ('q', 'qd', 'qdd'))
+    expected = arm.inverse_dynamics_gradient(q, qd, qdd)[0]
+    jax = pytest.importorskip('jax', reason='pip install jax torch')
+    jax.config.update('jax_enable_x64', True)
+    jnp = jax.numpy
+    gradient = jax.jit(jax.jacfwd(lambda x: jnp.stack(module.inverse_dynamics(
+        jnp.sin(x), jnp.cos(x), qd, qdd, module.VALUES))))(q)
+    np.testing.assert_allclose(gradient, expected, rtol=0.0, atol=1e-11)
+    torch = pytest.importorskip('torch', reason='pip install jax torch')
+    gradient = torch.autograd.functional.jacobian(lambda x: torch.stack(module.inverse_dynamics(
+        torch.sin(x), torch.cos(x), torch.tensor(qd), torch.tensor(qdd), module.VALUES)),
+        torch.tensor(q))
+    np.testing.assert_allclose(gradient.numpy(), expected, rtol=0.0, atol=1e-11)
 
 
 def test_it_needs_nothing(export):

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from baxter_dynamics_ros import BaxterArm, mount
+from baxter_dynamics_ros.model.lagrange_euler import transform
 from baxter_dynamics_ros.model.parameters import INERTIA_AT_ORIGIN, paper_parameters
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def test_other_lengths_and_angles(q, rng):
         d=rng.uniform(-0.3, 0.3, 7) * nonzero,
         alpha=parameters.alpha + [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6],
         corrections=frozenset({INERTIA_AT_ORIGIN})))  # and theta_2 = q_2
-    expected = arm.mount @ arm.composite.transforms(q)[:, -1]
+    expected = arm.mount @ transform(arm.parameters, 0, 7, q)
     np.testing.assert_allclose(arm.forward_kinematics(q), expected, **EXACT)
 
 

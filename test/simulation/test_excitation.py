@@ -7,6 +7,7 @@ from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
                                               VELOCITY_LIMIT)
+from baxter_dynamics_ros.model.lagrange_euler import transform
 import numpy as np
 import pytest
 
@@ -48,9 +49,10 @@ def test_keeps_to_the_joints_limits_with_a_margin(right):
 def test_keeps_clear_of_the_robot_and_of_a_table(side):
     outward = 1.0 if side == 'left' else -1.0
     arm = BaxterArm(mount=mount(side))
-    frames = arm.mount @ arm.composite.transforms(motion(series(side), TIME)[0])
-    elbow, wrist, hand = (frames[:, i, :3, 3] for i in (3, 5, 7))
-    tool = hand + 0.15 * frames[:, 7, :3, 2]
+    q = motion(series(side), TIME)[0]
+    frames = [arm.mount @ transform(arm.parameters, 0, link, q) for link in (3, 5, 7)]
+    elbow, wrist, hand = (frame[:, :3, 3] for frame in frames)
+    tool = hand + 0.15 * frames[-1][:, :3, 2]
     for point in (elbow, (elbow + wrist) / 2, wrist, (wrist + hand) / 2, hand, tool):
         assert (outward * point[:, 1]).min() > 0.05  # the other arm has its own side
         assert point[:, 2].min() > -0.35  # the table

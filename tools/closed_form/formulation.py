@@ -1,10 +1,14 @@
 r"""
 The Lagrange-Euler dynamics in body frames: the smallest exact form, written once.
 
-Scalars are floats, NumPy arrays or symbols; :mod:`.frames` defines the body frames. With <X, Y> =
-Tr(X Y^T), and the twists xi, V, dxi/dt, the accelerations A and the sums H and B of
-:mod:`baxter_dynamics_ros.model.composite`, let
+Scalars are floats, NumPy arrays or symbols; :mod:`.frames` defines the body frames. With the twist
+xi_k = 0T_{k-1} Q (0T_{k-1})^-1 of joint k, eqs. (9) and (10) become products, U_jk = xi_k T_j, and
+the sums over links j need only be computed once. With <X, Y> = Tr(X Y^T), let
 
+* S_l = T_l J_l T_l^T, the pseudo-inertia of link l, and H_k = sum_{l>=k} S_l;
+* V_l = sum_{k<=l} xi_k qd_k, so that dT_l/dt = V_l T_l, and B_k = sum_{l>=k} V_l S_l;
+* A_l = sum_{k<=l} (xi_k qdd_k + (2 V_k - xi_k qd_k) xi_k qd_k) - gravity: A_l T_l is d^2 T_l/dt^2
+  less gravity;
 * P_k = xi_k H_k: in body frame k it only swaps rows of the composite pseudo-inertia H_k;
 * D_k = sum_{j>k} qd_j P_j: how that composite moves relative to link k; B_k = V_k H_k + D_k.
 
