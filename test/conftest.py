@@ -93,7 +93,7 @@ def shared():
     return SHARED
 
 
-@pytest.fixture
+@pytest.fixture(scope='session')
 def recordings():
     """Return the folder of the recordings of real arms, which have no licence to be copied."""
     folder = SHARED / 'data'

@@ -1,13 +1,13 @@
 """Terms shared by all joints: tilt of the base, link parameters, payload."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from .term import Fitted, Parameter, Sample, WORTH_OF_ALL
+from .term import Sample, SharedTerm
 from ..model.arm import BaxterArm
-from ..model.arrays import Array, Bools
+from ..model.arrays import Array
 from ..model.base_parameters import fixed_to_link
 from ..model.joints import N_JOINTS
 from ..model.parameters import from_pseudo_inertia, inertia_elements
@@ -20,6 +20,8 @@ _PAYLOAD_MOMENT = 0.5  # first moment [kg m]
 
 REACH = 1.0  # bound on each coordinate of the payload's centre, unidentifiable at low mass [m]
 
+_LIGHT = 1e-3  # mass below which a payload has no centre [kg]
+
 # An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
 _PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
 _SYMMETRIC = np.zeros((len(_PAIRS), 4, 4))
@@ -27,20 +29,16 @@ for _n, (_i, _k) in enumerate(_PAIRS):
     _SYMMETRIC[_n, _i, _k] = _SYMMETRIC[_n, _k, _i] = 1.0 if _i == _k else np.sqrt(0.5)
 
 
-class Tilt:
+class Tilt(SharedTerm):
     """Tilt of the robot's base, as the horizontal components of gravity."""
 
     name = 'tilt'
-    shared = True
-    worth = WORTH_OF_ALL
-    parameters: tuple[Parameter, ...] = (Parameter(_TILT), Parameter(_TILT))
+    quantities = [(None, axis, 'm/s^2') for axis in 'xy']
 
-    def acting(self, joint: int) -> list[int]:
-        """Return the indices of the parameters that act on a joint: both."""
-        return [0, 1]
+    def __init__(self) -> None:
+        super().__init__(np.full(2, _TILT))
 
     def columns(self, sample: Sample, joint: int) -> Array:
-        """Return the joint's torque for a unit of each component, (n, 2)."""
         return sample.horizontal_gravity[:, joint]
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
@@ -50,15 +48,11 @@ class Tilt:
         z = np.sqrt(gravity @ gravity - x * x - y * y)
         values['gravity'] = (float(x), float(y), float(np.copysign(z, gravity[2])))
 
-    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-               active: Bools) -> Iterator[Fitted]:
-        """Yield each quantity that was fitted."""
-        for i, axis in enumerate('xy'):
-            yield Fitted(self.name, None, axis, 'm/s^2', before['gravity'][i],
-                         after['gravity'][i], float(np.sqrt(covariance[i, i])))
+    def read(self, values: dict[str, Any]) -> Array:
+        return np.array(values['gravity'][:2])
 
 
-class Links:
+class Links(SharedTerm):
     r"""
     Inertial parameters of the links, with a physically consistent prior.
 
@@ -68,25 +62,21 @@ class Links:
     """
 
     name = 'inertial'
-    shared = True
-    worth = WORTH_OF_ALL
+    quantities = [(link, *what) for link in range(N_JOINTS) for what in (
+        ('mass', 'kg'), ('moment x', 'kg m'), ('moment y', 'kg m'), ('moment z', 'kg m'))]
 
     def __init__(self, arm: BaxterArm) -> None:
+        super().__init__(np.full(N_JOINTS * len(_PAIRS), _LINK))
+        # A joint bears the links from its own on.
+        self.acts = np.triu(np.ones((N_JOINTS, N_JOINTS), dtype=bool)).repeat(len(_PAIRS), axis=1)
         self._root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
         self._units = self._root[:, None] @ _SYMMETRIC @ self._root.swapaxes(-1, -2)[:, None]
-        self._base = np.stack([fixed_to_link(arm.parameters, link, units)
-                               for link, units in enumerate(self._units)])  # (7, 10, 45)
-        self.parameters = (Parameter(_LINK),) * (N_JOINTS * len(_PAIRS))
-
-    def acting(self, joint: int) -> list[int]:
-        """Return the indices of the parameters that act on a joint: links from the joint on."""
-        return list(range(10 * joint, 10 * N_JOINTS))
+        self._base = np.concatenate([fixed_to_link(arm.parameters, link, units)
+                                     for link, units in enumerate(self._units)])  # (70, 45)
 
     def columns(self, sample: Sample, joint: int) -> Array:
-        """Return the joint's torque for a unit of each parameter, (n, 10 (7 - joint))."""
         y = sample.regressor[:, joint]
-        base = self._base[joint:, :, :y.shape[1]]
-        return y @ base.reshape(-1, y.shape[1]).T
+        return y @ self._base[self.acts[joint], :y.shape[1]].T
 
     def least_eigenvalues(self, deviation: Array) -> Array:
         """Return the smallest eigenvalue of 1 + S of each link, (7,)."""
@@ -94,7 +84,6 @@ class Links:
         return 1.0 + np.linalg.eigvalsh(s)[:, 0]
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Write the links into the settings."""
         pseudo = self._root @ self._root.swapaxes(-1, -2) + np.einsum(
             'lk,lkab->lab', deviation.reshape(N_JOINTS, -1), self._units)
         mass, center, inertia = from_pseudo_inertia(pseudo)
@@ -102,21 +91,16 @@ class Links:
         values['links.center_of_mass'] = tuple(center.ravel())
         values['links.inertia'] = tuple(inertia_elements(inertia).ravel())
 
-    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-               active: Bools) -> Iterator[Fitted]:
-        """Yield each quantity that was fitted."""
-        for link in range(N_JOINTS):
-            own = slice(10 * link, 10 * link + 10)
-            for name, unit, element in (('mass', 'kg', (3, 3)), ('moment x', 'kg m', (0, 3)),
-                                        ('moment y', 'kg m', (1, 3)),
-                                        ('moment z', 'kg m', (2, 3))):
-                gradient = self._units[(link, slice(None)) + element]
-                variance: Any = gradient @ covariance[own, own] @ gradient
-                yield Fitted(self.name, link, name, unit, _moment(before, link, element[0]),
-                             _moment(after, link, element[0]), float(np.sqrt(variance)))
+    def read(self, values: dict[str, Any]) -> Array:
+        mass = np.array(values['links.mass'])[:, None]
+        center = np.reshape(values['links.center_of_mass'], (N_JOINTS, 3))
+        return np.concatenate([mass, mass * center], axis=1).ravel()
+
+    def jacobian(self, values: dict[str, Any]) -> Array:
+        return block_diag(*self._units[:, :, [3, 0, 1, 2], 3].swapaxes(1, 2))
 
 
-class Tool:
+class Tool(SharedTerm):
     """
     Payload of the hand: mass and first moment, with the inertia of a point mass.
 
@@ -128,69 +112,53 @@ class Tool:
     """
 
     name = 'payload'
-    shared = True
-    worth = WORTH_OF_ALL
+    quantities = [(None, 'mass', 'kg'), *((None, f'center {axis}', 'm') for axis in 'xyz')]
     moments = tuple(map(_PAIRS.index, ((0, 3), (1, 3), (2, 3))))
     mass = _PAIRS.index((3, 3))
     fixed = tuple(n for n, (_, k) in enumerate(_PAIRS) if k < 3)
 
     def __init__(self, arm: BaxterArm) -> None:
-        self._base = payload = arm.payload
-        units = np.where(_SYMMETRIC, 1.0, 0.0)
-        self._parameters = fixed_to_link(arm.parameters, N_JOINTS - 1, units)  # (10, 45)
-        priors = {self.mass: Parameter(_PAYLOAD_MASS, -payload.mass),
-                  **dict.fromkeys(self.moments, Parameter(_PAYLOAD_MOMENT))}
-        self.parameters = tuple(priors.get(n, Parameter(1.0)) for n in range(len(_PAIRS)))
-
-    def acting(self, joint: int) -> list[int]:
-        """Return the indices of the parameters that act on a joint: all."""
-        return list(range(len(_PAIRS)))
+        super().__init__(np.ones(len(_PAIRS)))
+        self.prior[list(self.moments)] = _PAYLOAD_MOMENT
+        self.prior[self.mass] = _PAYLOAD_MASS
+        self.lower[self.mass] = -arm.payload.mass
+        self._before = arm.payload
+        self._base = fixed_to_link(arm.parameters, N_JOINTS - 1,
+                                   np.where(_SYMMETRIC, 1.0, 0.0))  # (10, 45)
 
     def columns(self, sample: Sample, joint: int) -> Array:
-        """Return the joint's torque for a unit of each parameter, (n, 10)."""
         y = sample.regressor[:, joint]
-        return y @ self._parameters[:, :y.shape[1]].T
+        return y @ self._base[:, :y.shape[1]].T
 
     def total(self, deviation: Array) -> tuple[float, Array]:
         """Return the payload's mass [kg] and centre of mass (3,) [m]."""
-        mass = max(self._base.mass + deviation[self.mass], 0.0)
-        moment = self._base.mass * np.array(self._base.center_of_mass) + deviation[
+        mass = max(self._before.mass + deviation[self.mass], 0.0)
+        moment = self._before.mass * np.array(self._before.center_of_mass) + deviation[
             list(self.moments)]
-        return mass, np.clip(moment / mass, -REACH, REACH) if mass > 1e-3 else np.zeros(3)
+        return mass, np.clip(moment / mass, -REACH, REACH) if mass > _LIGHT else np.zeros(3)
 
     def second_moments(self, deviation: Array) -> Array:
         """Return the fixed parameters that follow from the others, (6,) [kg m^2]."""
         mass, center = self.total(deviation)
-        before = np.array(self._base.center_of_mass)
-        change = mass * np.outer(center, center) - self._base.mass * np.outer(before, before)
+        before = np.array(self._before.center_of_mass)
+        change = mass * np.outer(center, center) - self._before.mass * np.outer(before, before)
         return np.array([change[_PAIRS[n]] for n in self.fixed])
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Write the payload into the settings."""
         mass, center = self.total(deviation)
         values['payload.mass'] = float(mass)
         values['payload.center_of_mass'] = tuple(center)
         if mass == 0.0:
             values['payload.inertia'] = (0.0,) * 6
 
-    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-               active: Bools) -> Iterator[Fitted]:
-        """Yield each quantity that was fitted."""
-        mass = after['payload.mass']
-        yield Fitted(self.name, None, 'mass', 'kg', before['payload.mass'], mass,
-                     float(np.sqrt(covariance[self.mass, self.mass])))
-        if mass < 1e-3:
-            return
-        for i, (axis, own) in enumerate(zip('xyz', self.moments)):
-            center = after['payload.center_of_mass'][i]
-            pair = covariance[np.ix_([own, self.mass], [own, self.mass])]
-            gradient = np.array([1.0, -center]) / mass
-            yield Fitted(self.name, None, f'center {axis}', 'm',
-                         before['payload.center_of_mass'][i], center,
-                         float(np.sqrt(gradient @ pair @ gradient)))
+    def read(self, values: dict[str, Any]) -> Array:
+        return np.array([values['payload.mass'], *values['payload.center_of_mass']])
 
-
-def _moment(values: dict[str, Any], link: int, axis: int) -> float:
-    """Return the mass of a link (axis 3) [kg], or its first moment along an axis [kg m]."""
-    mass = values['links.mass'][link]
-    return mass if axis == 3 else mass * values['links.center_of_mass'][3 * link + axis]
+    def jacobian(self, values: dict[str, Any]) -> Array:
+        mass, *center = self.read(values)
+        result = np.zeros((4, len(_PAIRS)))
+        result[0, self.mass] = 1.0
+        if mass >= _LIGHT:  # d center = (d moment - center d mass) / mass
+            result[range(1, 4), self.moments] = 1.0 / mass
+            result[1:, self.mass] = -np.array(center) / mass
+        return result

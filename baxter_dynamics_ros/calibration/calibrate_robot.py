@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from .body_terms import REACH
-from .calibration_results import Calibration, Judged
+from .calibration_results import Calibration
 from .checks import check_data, distinct, long_enough, one_arm, refuse, warnings
-from .fit import best_fit, Choice, choose, Fit, pose, Problem, residual, rms
-from .fit_data import Motion, observe
-from .term import Fitted, Term
+from .fit import best_fit, choose, Fit
+from .fit_data import Motion, observe, residual, rms
+from .normal import pose
+from .term import Term
 from .terms import all_terms, OPTIONAL
 from ..estimation.settings import PredictorSettings
 from ..model.exceptions import ArgumentError
@@ -29,7 +30,7 @@ _SIGMAS = 3.0  # ... and minimum number of standard errors
 
 def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = None,
               inertial: bool = False, payload: bool = False, only: Collection[str] = (),
-              progress: Callable[[str], None] | None = None) -> Calibration:
+              progress: Callable[[str], None] = lambda text: None) -> Calibration:
     """
     Fit the effort model, and optionally links and payload, to recordings of one arm.
 
@@ -55,11 +56,9 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
         If a setting is invalid, or a term does not exist.
 
     """
-    report = progress or (lambda text: None)
     values = _starting_values(values, one_arm(recordings))
-    if only:  # in addition to the named terms
-        only = (*only, *(['inertial'] if inertial else []), *(['payload'] if payload else []))
-    motions, notices = distinct(_observed(recordings, values, report))
+    asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
+    motions, notices = distinct(_observed(recordings, values, progress))
     refuse(motions)
     check = check_data(long_enough(motions), values)
     lag = None if check is None else check.lag
@@ -67,7 +66,7 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
         notices += check.problems
     if lag is not None and _is_off(lag, values['acceleration.velocity_lag']):
         values['acceleration.velocity_lag'] = round(max(lag.value, 0.0), 4)
-        motions, _ = distinct(_observed(recordings, values, report))  # with the filter's new delay
+        motions, _ = distinct(_observed(recordings, values, progress))  # with the new delay
     notices += warnings(motions)
     motions = long_enough(motions)
     by_time = len(motions) == 1
@@ -76,24 +75,32 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
         notices.append(Notice('by_time', f'one recording: judged on each of {PARTS} parts of it, '
                               'fitted to the others. A motion that repeats lap after lap makes '
                               'this look better than it is: record another'))
-    terms, kept_shape = _terms(PredictorSettings(values), motions, only,
-                               {'inertial': inertial, 'payload': payload})
-    notices += kept_shape
-    report('fitting')
-    wanted = {'bias', *only, *OPTIONAL}
-    if inertial or payload:
-        wanted.add('tilt')  # otherwise links or payload would absorb it
-    problem, choice, contacts, in_contact = _without_contact(values, terms, wanted, motions)
-    notices += in_contact
-    report('judging on what was left out')
+    sweep = _sweep(motions)
+    terms = _terms(PredictorSettings(values), sweep, only, asked, notices)
+    progress('fitting')
+    # Without the tilt, links or payload would absorb it.
+    wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
+    problem = pose(values, terms, motions)
+    choice = choose(problem, wanted)
+    contacts = [contact for motion in motions for contact in find_contacts(
+        motion.time, residual(motion, choice.values), motion.q, motion.name)]
+    free = _without(contacts, motions, notices)
+    if free is not motions:
+        problem = pose(values, terms, free)
+        choice = choose(problem, wanted)
+    progress('judging on what was left out')
     fit, last = best_fit(problem, choice.steps)
-    notices += [*_unidentifiable(choice), *_given_up(choice, last), *_far_payload(fit.parameters)]
+    notices += _doubts(fit, choice.unidentifiable, [
+        step.term for step in choice.steps[last + 1:] if step.joints])
+    judged = [one if len(part) == len(motion) else replace(
+                  one, with_contact=rms(residual(motion, problem.updated(b))))
+              for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
         arm=values['arm'], before=values, values=fit.values, parameters=fit.parameters,
-        steps=choice.steps[:last + 1], judged=_judged(fit, problem, motions), by_time=by_time,
-        lag=lag, check=check, contacts=contacts, notices=tuple(notices),
-        samples=sum(map(len, problem.motions)),
-        duration=sum(motion.duration for motion in problem.motions), s1_range=_sweep(motions))
+        steps=choice.steps[:last + 1], judged=judged, by_time=by_time, lag=lag, check=check,
+        contacts=[] if free is motions else contacts, notices=tuple(notices),
+        samples=problem.whole.count, duration=sum(motion.duration for motion in free),
+        s1_range=sweep)
 
 
 def _starting_values(values: dict[str, Any] | None, arm: str) -> dict[str, Any]:
@@ -109,10 +116,10 @@ def _starting_values(values: dict[str, Any] | None, arm: str) -> dict[str, Any]:
 
 
 def _observed(recordings: Iterable[Recording], values: dict[str, Any],
-              report: Callable[[str], None]) -> list[Motion]:
+              progress: Callable[[str], None]) -> list[Motion]:
     motions = []
     for recording in recordings:
-        report(f'reading {recording.name}')
+        progress(f'reading {recording.name}')
         motions.append(observe(recording, values))
     return motions
 
@@ -122,24 +129,16 @@ def _is_off(lag: Lag, setting: float) -> bool:
     return abs(lag.value - setting) > max(_LAG_OFF, _SIGMAS * lag.uncertainty)
 
 
-def _terms(settings: PredictorSettings, motions: list[Motion], only: Collection[str],
-           asked: dict[str, bool]) -> tuple[list[Term], list[Notice]]:
-    """Return the terms to fit, and a notice if the shape of the spring is not fitted."""
-    lower, upper = settings.effort_model.spring_range
-    low, high = np.clip(_sweep(motions), lower, upper)
-    shape = sweeps(low, high, settings.values)
-    notices = []
-    if not shape and (not only or 'spring' in only) and settings.effort_model.has_spring:
-        notices.append(Notice(
-            'spring_shape', f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to "
-            f'{upper:g} rad: its shape is kept, only gain and offset can be fitted', ('s1',)))
-    terms = all_terms(settings, shape, constant=shape and 'spring' in only and 'bias' not in only)
-    names = {term.name for term in terms}
-    for name in only:
-        if name not in names:
-            raise ArgumentError('only', f'no term {name}; there are {", ".join(sorted(names))}')
-    return [term for term in terms
-            if (term.name in only if only else asked.get(term.name, True))], notices
+def _split(motion: Motion) -> list[Motion]:
+    edges = np.linspace(0, len(motion), PARTS + 1).astype(int)
+    return [motion.take(slice(*pair), f'{motion.name}, part {k + 1}')
+            for k, pair in enumerate(zip(edges, edges[1:]))]
+
+
+def _sweep(motions: list[Motion]) -> tuple[float, float]:
+    """Return the range of s1 without outliers [rad]."""
+    s1 = np.concatenate([motion.q[:, S1] for motion in motions])
+    return tuple(np.quantile(s1, [0.002, 0.998]).tolist())
 
 
 def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
@@ -149,72 +148,57 @@ def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
     return bool(high - low >= SWEEP * (upper - lower))
 
 
-def _without_contact(
-        values: dict[str, Any], terms: list[Term], wanted: Collection[str],
-        motions: list[Motion]) -> tuple[Problem, Choice, list[Contact], list[Notice]]:
-    """Select the terms; if the residual shows contact, exclude it and select again."""
-    problem = pose(values, terms, motions)
-    choice = choose(problem, wanted)
-    contacts = [contact for motion in motions for contact in find_contacts(
-        motion.time, residual(motion, choice.values), motion.q, motion.name)]
+def _terms(settings: PredictorSettings, sweep: tuple[float, float], only: Collection[str],
+           asked: Collection[str], notices: list[Notice]) -> list[Term]:
+    """Return the terms to fit; add a notice if the shape of the spring is not fitted."""
+    shape = sweeps(*sweep, settings.values)
+    if not shape and (not only or 'spring' in only) and settings.effort_model.has_spring:
+        lower, upper = settings.effort_model.spring_range
+        low, high = np.clip(sweep, lower, upper)
+        notices.append(Notice(
+            'spring_shape', f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to "
+            f'{upper:g} rad: its shape is kept, only gain and offset can be fitted', ('s1',)))
+    terms = all_terms(settings, shape, constant=shape and 'spring' in only and 'bias' not in only)
+    names = {term.name for term in terms}
+    for name in only:
+        if name not in names:
+            raise ArgumentError('only', f'no term {name}; there are {", ".join(sorted(names))}')
+    wanted = {*(only or names - {*OPTIONAL}), *asked}
+    return [term for term in terms if term.name in wanted]
+
+
+def _without(contacts: list[Contact], motions: list[Motion],
+             notices: list[Notice]) -> list[Motion]:
+    """Return the motions without contact, or unchanged if too much looks like contact."""
     if not contacts:
-        return problem, choice, [], []
-    free = [_free_of(contacts, motion) for motion in motions]
+        return motions
+    free = []
+    for motion in motions:
+        own = [contact for contact in contacts if contact.recording == motion.name]
+        free.append(motion.take(~contact_rows(motion.time, own)) if own else motion)
     left = sum(map(len, free)) / sum(map(len, motions))
     joints = tuple(sorted({contact.joint for contact in contacts}, key=JOINTS.index))
     if left < 1.0 - MOST or not all(motion.duration > 0.0 for motion in free):
-        return problem, choice, [], [Notice(
+        notices.append(Notice(
             'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
             f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact. '
-            'Does the hand carry a load (--payload)?', joints)]
-    problem = pose(values, terms, free)
-    notice = Notice('contact', 'contact is left out of the fit: '
-                    + '; '.join(map(str, contacts)), joints)
-    return problem, choose(problem, wanted), contacts, [notice]
+            'Does the hand carry a load (--payload)?', joints))
+        return motions
+    notices.append(Notice('contact', 'contact is left out of the fit: '
+                          + '; '.join(map(str, contacts)), joints))
+    return free
 
 
-def _free_of(contacts: list[Contact], motion: Motion) -> Motion:
-    own = [contact for contact in contacts if contact.recording == motion.name]
-    return motion.without(contact_rows(motion.time, own)) if own else motion
-
-
-def _judged(fit: Fit, problem: Problem, motions: list[Motion]) -> list[Judged]:
-    """Return the fold results, including contact for recordings that contain it."""
-    return [one if len(free) == len(motion) else replace(
-                one, with_contact=rms(residual(motion, problem.updated(b))))
-            for one, free, motion, b in zip(fit.judged, problem.motions, motions, fit.left_out)]
-
-
-def _unidentifiable(choice: Choice) -> list[Notice]:
-    return [Notice('unidentifiable', f'{JOINTS[joint]}: the motion does not show '
-                   f'{", ".join(names)}: as before', (JOINTS[joint],))
-            for joint, names in choice.unidentifiable.items()]
-
-
-def _given_up(choice: Choice, last: int) -> list[Notice]:
-    """Return a notice if terms were rejected because an earlier step predicts better."""
-    names = [step.term for step in choice.steps[last + 1:] if step.joints]
-    if not names:
-        return []
-    return [Notice('given_up', f'with {", ".join(names)} what was left out is predicted worse '
-                   'than without: the result is the step before')]
-
-
-def _far_payload(parameters: list[Fitted]) -> list[Notice]:
-    if not any(one.term == 'payload' and one.component.startswith('center')
-               and abs(one.value) >= REACH for one in parameters):
-        return []
-    return [Notice('payload_center', "payload: the motion does not show its centre of mass: don't "
-                   'use it, record a wider motion (--plan shows one)')]
-
-
-def _sweep(motions: list[Motion]) -> tuple[float, float]:
-    """Return the range of s1 without outliers [rad]."""
-    s1 = np.concatenate([motion.q[:, S1] for motion in motions])
-    return tuple(np.quantile(s1, [0.002, 0.998]).tolist())
-
-
-def _split(motion: Motion) -> list[Motion]:
-    edges = np.linspace(0, len(motion), PARTS + 1).astype(int)
-    return [motion.rows(*pair).renamed(f'{motion.name}, part {k + 1}')
-            for k, pair in enumerate(zip(edges, edges[1:]))]
+def _doubts(fit: Fit, unidentifiable: dict[int, list[str]],
+            given_up: list[str]) -> Iterable[Notice]:
+    """Yield notices about what could not be fitted, and terms that did not predict better."""
+    for joint, names in unidentifiable.items():
+        yield Notice('unidentifiable', f'{JOINTS[joint]}: the motion does not show '
+                     f'{", ".join(names)}: as before', (JOINTS[joint],))
+    if given_up:
+        yield Notice('given_up', f'with {", ".join(given_up)} what was left out is predicted '
+                     'worse than without: the result is the step before')
+    if any(one.term == 'payload' and one.component.startswith('center')
+           and abs(one.value) >= REACH for one in fit.parameters):
+        yield Notice('payload_center', 'payload: the motion does not show its centre of mass: '
+                     "don't use it, record a wider motion (--plan shows one)")

@@ -36,52 +36,22 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """
-    Result of a calibration.
+    """Result of a calibration."""
 
-    Attributes
-    ----------
-    arm : str
-        'right' or 'left'.
-    before, values : dict
-        All settings of the predictor, initial and calibrated, both with the measured velocity lag.
-    parameters : list of Fitted
-        Fitted quantities.
-    steps : list of Selection
-        Cross-validated residual after each term that was tried; the first has no term.
-    judged : list of Judged
-        Results of the folds.
-    by_time : bool
-        Whether the folds are parts of one recording.
-    lag : Lag or None
-        Measured velocity lag.
-    check : DataCheck or None
-        Check of the data; None if there are too few samples.
-    contacts : list of Contact
-        Contact excluded from the fit.
-    notices : tuple of Notice
-        Warnings about data and fit.
-    samples, duration : int, float
-        Number of fitted samples and their duration [s].
-    s1_range : tuple
-        Range of s1 without outliers [rad].
-
-    """
-
-    arm: str
-    before: dict[str, Any]
-    values: dict[str, Any]
+    arm: str  # 'right' or 'left'
+    before: dict[str, Any]  # all settings of the predictor, with the measured velocity lag
+    values: dict[str, Any]  # ... calibrated
     parameters: list[Fitted]
-    steps: list[Selection]
-    judged: list[Judged]
-    by_time: bool
-    lag: 'Lag | None'
-    check: 'DataCheck | None'
-    contacts: list[Contact]
-    notices: tuple[Notice, ...]
-    samples: int
-    duration: float
-    s1_range: tuple[float, float]
+    steps: list[Selection]  # one per term that was tried; the first has no term
+    judged: list[Judged]  # one per fold
+    by_time: bool  # whether the folds are parts of one recording
+    lag: 'Lag | None'  # measured velocity lag
+    check: 'DataCheck | None'  # None if there are too few samples
+    contacts: list[Contact]  # contact left out of the fit
+    notices: tuple[Notice, ...]  # warnings about data and fit
+    samples: int  # fitted samples
+    duration: float  # of these [s]
+    s1_range: tuple[float, float]  # range of s1 without outliers [rad]
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -91,24 +61,23 @@ class Calibration:
     @property
     def rms_before(self) -> Array:
         """Return the RMS (7,) over all folds with the initial settings [N m]."""
-        return _pooled([(j.duration, j.before) for j in self.judged])
+        return self._pooled([one.before for one in self.judged])
 
     @property
     def rms_after(self) -> Array:
         """Return the RMS (7,) over all folds, calibrated, without contact [N m]."""
-        return _pooled([(j.duration, j.after) for j in self.judged])
+        return self._pooled([one.after for one in self.judged])
 
     @property
     def rms_with_contact(self) -> Array:
         """Return the RMS (7,) over all folds, calibrated, contact included [N m]."""
-        return _pooled([(j.duration, j.after if j.with_contact is None else j.with_contact)
-                        for j in self.judged])
+        return self._pooled([one.after if one.with_contact is None else one.with_contact
+                             for one in self.judged])
 
     def of_term(self, term: str) -> list[Fitted]:
         """Return the fitted quantities of a term."""
         return [one for one in self.parameters if one.term == term]
 
-
-def _pooled(pairs: list[tuple[float, Array]]) -> Array:
-    total = sum(duration for duration, _ in pairs)
-    return np.sqrt(sum(duration * rms ** 2 for duration, rms in pairs) / total)
+    def _pooled(self, rms: list[Array]) -> Array:
+        return np.sqrt(np.average(np.square(rms), axis=0,
+                                  weights=[one.duration for one in self.judged]))

@@ -1,12 +1,12 @@
 """Checks of recordings before a fit."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from .fit_data import Motion
-from .identifiability import MOVES, turning
+from .fit_data import Motion, MOVES, turning
 from ..estimation.events import Event, REMEDIES
 from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
@@ -44,7 +44,8 @@ def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
     kept: list[Motion] = []
     notices = []
     for motion in motions:
-        same = next((one for one in kept if len(one) and one.same_data(motion)), None)
+        same = next((one for one in kept if len(one) and np.array_equal(one.q, motion.q)
+                     and np.array_equal(one.effort, motion.effort)), None)
         if same is None:
             kept.append(motion)
         else:
@@ -55,19 +56,15 @@ def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
 
 def refuse(motions: list[Motion]) -> None:
     """Raise CalibrationError with the reason if the data cannot be fitted."""
-    counts: dict[Any, int] = {}
-    for motion in motions:
-        for event, n in motion.counts.items():
-            counts[event] = counts.get(event, 0) + n
-    taken = counts.get('taken', 0)
-    implausible = counts.get(Event.IMPLAUSIBLE, 0)
-    if implausible > taken:
-        raise CalibrationError(f'{implausible} of {counts.get("received", 0)} joint states hold '
-                               f'{REMEDIES[Event.IMPLAUSIBLE]}')
+    counts: Counter[Any] = sum((Counter(motion.counts) for motion in motions), Counter())
+    taken = counts['taken']
+    if counts[Event.IMPLAUSIBLE] > taken:
+        raise CalibrationError(f'{counts[Event.IMPLAUSIBLE]} of {counts["received"]} joint states '
+                               f'hold {REMEDIES[Event.IMPLAUSIBLE]}')
     if not taken:
         raise CalibrationError('no valid joint states of the arm: evaluate says what is wrong')
     for event in (Event.EFFORT_ALL_ZERO, Event.EFFORT_MISSING):
-        if counts.get(event, 0) > 0.5 * taken:
+        if counts[event] > 0.5 * taken:
             raise CalibrationError(f'{counts[event]} of {taken} joint states have no valid effort '
                                    f'({REMEDIES[event]}): there is nothing to fit to')
     duration = sum(motion.duration for motion in long_enough(motions))

@@ -5,12 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from ..estimation.predictor import Estimate
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 from ..model.presliding import Presliding
 from ..recordings.playback import play, Recording
 from ..recordings.velocity_lag import segments
+
+MOVES = 0.05  # minimum speed of a moving joint [rad/s]
 
 _SPEED_SPAN = 0.1  # half span of the position difference that gives the speed [s]
 
@@ -32,13 +35,11 @@ class Motion:
     def __len__(self) -> int:
         return len(self.time)
 
-    def rows(self, start: int, stop: int) -> 'Motion':
-        """Return the given rows as a motion."""
-        return self._taken(slice(start, stop))
-
-    def renamed(self, name: str) -> 'Motion':
-        """Return the same motion under another name."""
-        return replace(self, name=name)
+    def take(self, rows: Any, name: str | None = None) -> 'Motion':
+        """Return some rows, a slice or (n,) bool, as a motion with the same or another name."""
+        parts: dict[str, Any] = {key: value[rows] for key, value in vars(self).items()
+                                 if isinstance(value, np.ndarray)}
+        return replace(self, name=name or self.name, **parts)
 
     @property
     def duration(self) -> float:
@@ -62,8 +63,7 @@ class Motion:
         """
         Speed from positions alone, (m, 7) [rad/s].
 
-        Over 0.2 s the noise of positions is 0.003 rad/s, that of measured velocities 0.013 rad/s
-        and up to 0.1 rad/s on some arms.
+        Measured velocities have a noise of 0.1 rad/s on some arms, this speed one of 0.003 rad/s.
         """
         result = [np.zeros((1, N_JOINTS))]
         for segment in self.segments:
@@ -72,32 +72,12 @@ class Motion:
             result.append((q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None])
         return np.concatenate(result)
 
-    def same_data(self, other: 'Motion') -> bool:
-        """Return whether another motion holds the same measurements, whatever its name."""
-        return np.array_equal(self.q, other.q) and np.array_equal(self.effort, other.effort)
-
-    def without(self, mask: Bools) -> 'Motion':
-        """Return the motion without some rows, (n,) bool."""
-        return self._taken(~mask)
-
-    def _taken(self, rows: Any) -> 'Motion':
-        parts: dict[str, Any] = {name: value[rows] for name, value in vars(self).items()
-                                 if isinstance(value, np.ndarray)}
-        return replace(self, **parts)
-
     def presliding(self, length: Array | float) -> Array:
         """
-        Return Dahl's state along the motion.
+        Return Dahl's state along the motion, (n, 7).
 
-        Parameters
-        ----------
-        length : float, or array_like (m, 1)
-            Angle over which friction reverses [rad], or several.
-
-        Returns
-        -------
-        ndarray (n, 7), or (n, m, 7)
-
+        For several lengths, (m, 1), it is (n, m, 7). Length is the angle over which friction
+        reverses [rad].
         """
         states = []
         for segment in self.segments:
@@ -106,18 +86,14 @@ class Motion:
         return np.array(states)
 
 
+def turning(motions: list[Motion]) -> Bools:
+    """Return the joints whose positions move in both directions, (7,) bool."""
+    speed = np.concatenate([motion.speed for motion in motions])
+    return (speed.max(0) > MOVES) & (speed.min(0) < -MOVES)
+
+
 def observe(recording: Recording, values: dict[str, Any]) -> Motion:
-    """
-    Return a recording's motion.
-
-    Parameters
-    ----------
-    recording : Recording
-        Joint states with a name and an arm.
-    values : dict
-        Settings of the predictor; those of the filter are used.
-
-    """
+    """Return a recording's motion, estimated with the filter of some settings."""
     predictor = PredictorSettings({
         **values, 'arm': recording.arm, 'align': True, 'effort_model.enabled': False}).predictor()
     parts: list[list[Any]] = []
@@ -136,3 +112,21 @@ def observe(recording: Recording, values: dict[str, Any]) -> Motion:
     time = (stamps - stamps[:1]) * 1e-9
     return Motion(recording.name, time, q, qd, qdd, effort, newest_q, newest_qd,
                   dict(predictor.counts))
+
+
+def residual(motion: Motion, values: dict[str, Any]) -> Array:
+    """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
+    settings = PredictorSettings(values)
+    model = settings.effort_model
+    presliding = (motion.presliding(model.dahl_length) if model.has_dahl
+                  else np.zeros(motion.q.shape))
+    result = settings.predictor().predict(Estimate(
+        np.round(motion.time * 1e9).astype(int), motion.q, motion.qd, motion.qdd, motion.effort,
+        presliding)).residual
+    assert result is not None  # for the effort was measured
+    return result
+
+
+def rms(values: Array) -> Array:
+    """Return the root of the mean square over the first axis."""
+    return np.sqrt(np.mean(values ** 2, axis=0))

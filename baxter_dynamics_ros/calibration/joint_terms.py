@@ -1,12 +1,12 @@
 """Terms of single joints: friction, bias, cables, added inertia, spring at s1."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
 
-from .term import Fitted, Parameter, Sample, WORTH
-from ..model.arrays import Array, Bools
+from .term import Sample, Term, WORTH
+from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
 
@@ -20,103 +20,74 @@ GAIN = 'gain'  # component of a spring with a fixed shape
 _GAIN = 0.2  # gain of a fixed spring shape [-]
 _SHAPE = 5.0  # coefficient of the spring [N m]
 _NEW_SHAPE = 100.0  # ... without prior knowledge [N m]
+_COMPONENTS = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
 
 
-class PerJoint:
+class PerJoint(Term):
     """Term with one parameter and one column per joint."""
 
-    shared = False
-
     def __init__(self, name: str, unit: str, prior: Array, column: Callable[[Sample], Array],
-                 lower: Array | None = None, without: Collection[int] = (),
-                 worth: float = WORTH) -> None:
+                 least: float = -np.inf, present: Array | float = 0.0,
+                 without: Collection[int] = (), worth: float = WORTH) -> None:
         self.name = name
         self.worth = worth
-        self._without = without
-        self.setting = f'effort_model.{name}'
+        self.prior = prior
+        self.lower = np.full(N_JOINTS, least) - present
+        self.acts = np.eye(N_JOINTS, dtype=bool)
+        self.acts[list(without)] = False
+        self.quantities = [(joint, '', unit) for joint in range(N_JOINTS)]
+        self._setting = f'effort_model.{name}'
         self._column = column
-        self.unit = unit
-        self.parameters = tuple(
-            Parameter(float(prior[i]), -np.inf if lower is None else -float(lower[i]))
-            for i in range(N_JOINTS))
-
-    def acting(self, joint: int) -> list[int]:
-        """Return the indices of the parameters that act on a joint."""
-        return [] if joint in self._without else [joint]
 
     def columns(self, sample: Sample, joint: int) -> Array:
-        """Return the effort of a joint for a unit of each parameter that acts on it, (n, k)."""
         return self._column(sample)[:, joint, None]
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Add the deviations to the settings."""
-        values[self.setting] = tuple(np.asarray(values[self.setting]) + deviation)
+        values[self._setting] = tuple(self.read(values) + deviation)
 
-    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-               active: Bools) -> Iterator[Fitted]:
-        """Yield each quantity that was fitted."""
-        deviation = np.sqrt(np.diag(covariance))
-        for i in np.flatnonzero(active).tolist():
-            yield Fitted(self.name, i, '', self.unit, before[self.setting][i],
-                         after[self.setting][i], float(deviation[i]))
+    def read(self, values: dict[str, Any]) -> Array:
+        return np.asarray(values[self._setting])
 
 
 class DahlFriction(PerJoint):
     """Dahl friction for one candidate length; a fit uses one of the candidates."""
 
-    def __init__(self, lower: Array, index: int, length: float) -> None:
-        super().__init__('dahl', 'N m', TORQUE, lambda sample: sample.presliding[:, index], lower)
+    def __init__(self, present: Array, length: float) -> None:
+        super().__init__('dahl', 'N m', TORQUE, lambda sample: sample.presliding[length],
+                         0.0, present)
         self.length = length
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Add the deviations, and set the length."""
         super().update(values, deviation)
         values['effort_model.dahl_length'] = self.length
 
 
-class Spring:
+class Spring(Term):
     """Spring at s1: its shape, or a gain of a fixed shape; its offset is part of the bias."""
 
     name = 'spring'
-    shared = False
-    worth = WORTH
 
     def __init__(self, model: EffortModel, shape: bool, constant: bool = False) -> None:
         self._model = model
-        self._constant = constant
-        names = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
-        if shape:
-            self._units = np.eye(5)[0 if constant else 1:]
-            prior = _NEW_SHAPE if constant else _SHAPE
-            self._components = names[0 if constant else 1:]
-            self.parameters = tuple(Parameter(prior) for _ in self._components)
-        else:
-            self._units = model.spring_coefficients[None]
-            self._components = (GAIN,)
-            self.parameters = (Parameter(_GAIN),)
-
-    def acting(self, joint: int) -> list[int]:
-        """Return the indices of the parameters that act on a joint: all on s1."""
-        return list(range(len(self.parameters))) if joint == S1 else []
+        first = 0 if constant else 1
+        self._units = np.eye(5)[first:] if shape else model.spring_coefficients[None]
+        self.quantities = ([(S1, component, 'N m') for component in _COMPONENTS[first:]]
+                           if shape else [(S1, GAIN, '-')])
+        n = len(self.quantities)
+        self.prior = np.full(n, _GAIN if not shape else _NEW_SHAPE if constant else _SHAPE)
+        self.lower = np.full(n, -np.inf)
+        self.acts = np.zeros((N_JOINTS, n), dtype=bool)
+        self.acts[S1] = True
 
     def columns(self, sample: Sample, joint: int) -> Array:
-        """Return the effort of s1 for a unit of each parameter, (n, k)."""
         springs = [EffortModel(spring_coefficients=unit, spring_range=self._model.spring_range)
                    for unit in self._units]
         return np.stack([spring.spring(sample.motion.q)[:, S1] for spring in springs], axis=1)
 
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Add the deviations to the settings."""
         coefficients = np.asarray(values['effort_model.spring_coefficients'])
         values['effort_model.spring_coefficients'] = tuple(coefficients + deviation @ self._units)
 
-    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-               active: Bools) -> Iterator[Fitted]:
-        """Yield each quantity that was fitted."""
-        start, end = (np.asarray(values['effort_model.spring_coefficients'])
-                      for values in (before, after))
-        inverse = np.linalg.pinv(self._units)
-        unit = '-' if self._components == (GAIN,) else 'N m'
-        for i, component in enumerate(self._components):
-            yield Fitted(self.name, S1, component, unit, float(start @ inverse[:, i]),
-                         float(end @ inverse[:, i]), float(np.sqrt(covariance[i, i])))
+    def read(self, values: dict[str, Any]) -> Array:
+        coefficients = np.asarray(values['effort_model.spring_coefficients'])
+        return coefficients @ np.linalg.pinv(self._units)

@@ -11,17 +11,9 @@ SHORTEST = 1.0
 
 def correlation_times(residuals: list[Array], periods: list[float]) -> Array:
     """
-    Return the correlation times (7,) of residuals [s].
+    Return the correlation times (7,) [s] of residuals (n, 7) of recordings with some periods [s].
 
     The integral of their autocorrelation, summed to where it has become small (Sokal's window).
-
-    Parameters
-    ----------
-    residuals : list of ndarray (n, 7)
-        Residual of each recording [N m].
-    periods : list of float
-        Time step of each recording [s].
-
     """
     times = []
     for joint in range(N_JOINTS):

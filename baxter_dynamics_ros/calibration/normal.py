@@ -1,19 +1,19 @@
 """Normal equations: sums over recordings from which a fit is computed."""
 
-from collections.abc import Iterator, Sequence
-from copy import copy
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 
 from .fit_data import Motion
-from .term import Parameter, Sample, Term
-from .terms import dahl_lengths
+from .joint_terms import DahlFriction
+from .noise import SHORTEST
+from .term import Sample, Term
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Bools, Indices
+from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 
 _ROWS = 1024  # rows per block; the regressor of the links has 784 numbers per row
@@ -47,6 +47,13 @@ class NormalEquations:
         return np.maximum(self.square - 2 * self.vector @ b + b @ self.matrix @ b, 0.0)
 
 
+class Prior(NamedTuple):
+    """Prior of the deviations of p parameters."""
+
+    deviation: Array  # (p,) standard deviations
+    lower: Array  # (p,) lower bounds
+
+
 class Regressor:
     """
     Regressor of all terms; their deviations form one vector.
@@ -54,103 +61,123 @@ class Regressor:
     Parameters
     ----------
     settings : PredictorSettings
-        Model before the fit, about which tilt and links are linearised.
-    terms : list
-        Terms from :func:`~.terms.all_terms`.
-
-    Attributes
-    ----------
-    slices : list of slice
-        Parameters of each term.
-    parameters : tuple of Parameter
-        Parameters of all terms.
+        Model about which tilt and links are linearised.
+    terms : list of Term
+        Terms, whose parameters are ``slices`` of the vector.
+    deviation : ndarray (p,), optional
+        Deviations that the settings already contain; zero by default.
 
     """
 
-    def __init__(self, settings: PredictorSettings, terms: list[Term]) -> None:
+    def __init__(self, settings: PredictorSettings, terms: list[Term],
+                 deviation: Array | None = None) -> None:
         self.settings = settings
         self.terms = terms
-        self._lengths = np.array(dahl_lengths(settings.effort_model))[:, None]
-        ends = np.cumsum([len(term.parameters) for term in terms])
-        self.slices = [slice(end - len(term.parameters), end) for end, term in zip(ends, terms)]
-        self.parameters = sum((term.parameters for term in terms), ())
-        self._acting = [
-            np.concatenate([where.start + np.array(term.acting(joint), dtype=int)
-                            for term, where in zip(terms, self.slices)])
-            for joint in range(N_JOINTS)]
-        self._deviation: Array = np.zeros(len(self.parameters))  # that the settings already hold
-
-    def about(self, settings: PredictorSettings, deviation: Array) -> 'Regressor':
-        """Return it linearised about the settings that the deviations (p,) lead to."""
-        result = copy(self)
-        result.settings = settings
-        result._deviation = deviation
-        return result
-
-    def acting(self, joint: int) -> Indices:
-        """Return the indices of the parameters that act on a joint."""
-        return self._acting[joint]
+        ends = np.cumsum([len(term.prior) for term in terms])
+        self.slices = [slice(end - len(term.prior), end) for end, term in zip(ends, terms)]
+        self.prior = Prior(*(np.concatenate(arrays) for arrays in zip(
+            *((term.prior, term.lower) for term in terms))))
+        self.acts = np.concatenate([term.acts for term in terms], axis=1)
+        self._deviation = np.zeros(self.acts.shape[1]) if deviation is None else deviation
 
     def normal_equations(self, motion: Motion) -> NormalEquations:
         """Return the sums over a motion."""
-        p = len(self.parameters)
+        p = len(self._deviation)
         matrix, vector = np.zeros((N_JOINTS, p, p)), np.zeros((N_JOINTS, p))
         square = np.zeros(N_JOINTS)
         for x, y in self._rows(motion):
-            for joint, acting in enumerate(self._acting):
-                matrix[joint][np.ix_(acting, acting)] += x[joint].T @ x[joint]
-                vector[joint, acting] += x[joint].T @ y[:, joint]
+            for joint, acts in enumerate(self.acts):
+                matrix[joint][np.ix_(acts, acts)] += x[joint].T @ x[joint]
+                vector[joint, acts] += x[joint].T @ y[:, joint]
             square += (y * y).sum(0)
         return NormalEquations(matrix, vector, square, len(motion))
 
     def _rows(self, motion: Motion) -> Iterator[tuple[list[Array], Array]]:
         """Yield the columns X_j that act on each joint, and y (n, 7), some rows at a time."""
-        model = self.settings.effort_model
-        presliding = motion.presliding(self._lengths)
-        now = (motion.presliding(model.dahl_length) if model.has_dahl
-               else np.zeros(motion.q.shape))
+        arm, model = self.settings.arm, self.settings.effort_model
+        lengths = sorted({model.dahl_length, *(term.length for term in self.terms
+                                               if isinstance(term, DahlFriction))})
+        states = motion.presliding(np.array(lengths)[:, None])
         for start in range(0, len(motion), _ROWS):
             rows = slice(start, start + _ROWS)
-            part = motion.rows(rows.start, rows.stop)
-            sample = Sample(part, presliding[rows], self.settings.arm)
-            tau = self.settings.arm.inverse_dynamics(part.q, part.qd, part.qdd)
-            y = part.effort - model.effort(tau, part.q, part.qd, part.qdd, now[rows])
-            nothing = np.empty((len(part), 0))
-            columns = [np.concatenate([nothing, *(term.columns(sample, joint)
-                                                  for term in self.terms if term.acting(joint))],
-                                      axis=1)
+            part = motion.take(rows)
+            presliding = dict(zip(lengths, states[rows].swapaxes(0, 1)))
+            sample = Sample(part, presliding, arm)
+            tau = arm.inverse_dynamics(part.q, part.qd, part.qdd)
+            y = part.effort - model.effort(tau, part.q, part.qd, part.qdd,
+                                           presliding[model.dahl_length])
+            columns = [np.concatenate([term.columns(sample, joint) for term in self.terms
+                                       if term.acts[joint].any()] or [y[:, :0]], axis=1)
                        for joint in range(N_JOINTS)]
             for joint, x in enumerate(columns):
-                y[:, joint] += x @ self._deviation[self._acting[joint]]
+                y[:, joint] += x @ self._deviation[self.acts[joint]]
             yield columns, y
 
 
-def solve(normal: NormalEquations, weights: Array, parameters: Sequence[Parameter], active: Bools,
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Terms and data of a fit, and their normal equations."""
+
+    before: dict[str, Any]  # all settings
+    regressor: Regressor
+    motions: list[Motion]
+    folds: list[NormalEquations]  # one per motion
+    whole: NormalEquations  # sums over all motions
+
+    @classmethod
+    def of(cls, before: dict[str, Any], regressor: Regressor, motions: list[Motion]) -> 'Problem':
+        """Return the problem with its normal equations."""
+        folds = [regressor.normal_equations(motion) for motion in motions]
+        return cls(before, regressor, motions, folds, sum(folds[1:], folds[0]))
+
+    def about(self, deviation: Array) -> 'Problem':
+        """Return the problem linearised about the settings with the deviations (p,)."""
+        settings = PredictorSettings(self.updated(deviation))
+        regressor = Regressor(settings, self.regressor.terms, deviation)
+        return Problem.of(self.before, regressor, self.motions)
+
+    def weights(self, rms: Array, correlation_time: Array | float = SHORTEST) -> Array:
+        """Return 1 / variance (7,) for one sample per correlation time [1/(N m)^2]."""
+        rate = self.whole.count / sum(motion.duration for motion in self.motions)
+        return 1 / (np.maximum(rms, 1e-4) ** 2 * np.maximum(rate * correlation_time, 1.0))
+
+    def none(self) -> Bools:
+        """Return the mask (p,) of no parameter."""
+        return np.zeros(self.regressor.acts.shape[1], dtype=bool)
+
+    @property
+    def terms(self) -> list[tuple[Any, slice]]:
+        """Return the terms and their parameters."""
+        return list(zip(self.regressor.terms, self.regressor.slices))
+
+    def updated(self, b: Array) -> dict[str, Any]:
+        """Return the settings with the deviations b (p,)."""
+        values = dict(self.before)
+        for term, where in self.terms:
+            if b[where].any():
+                term.update(values, b[where])
+        return values
+
+
+def pose(values: dict[str, Any], terms: list[Term], motions: list[Motion]) -> Problem:
+    """Return the problem of fitting some terms to some motions."""
+    return Problem.of(values, Regressor(PredictorSettings(values), terms), motions)
+
+
+def solve(normal: NormalEquations, weights: Array, prior: Prior, active: Bools,
           known: Array | None = None) -> Array:
     """
     Return the most probable deviations, (p,): regularised least squares.
 
-    Parameters
-    ----------
-    normal : NormalEquations
-        Sums over the data.
-    weights : ndarray (7,)
-        Weight of each joint: 1 / variance of its residual [1/(N m)^2].
-    parameters : sequence of Parameter
-        Priors and bounds.
-    active : ndarray (p,) of bool
-        Parameters to fit; the others keep ``known``, or are zero.
-    known : ndarray (p,), optional
-        Deviations of the parameters that are not fitted.
-
+    The weights (7,) are 1 / variance of each joint's residual [1/(N m)^2]. Parameters that are not
+    active, (p,) bool, keep ``known``, or are zero.
     """
-    b = np.zeros(len(parameters)) if known is None else np.where(active, 0.0, known)
+    b = np.zeros(len(active)) if known is None else np.where(active, 0.0, known)
     if not active.any():
         return b
-    matrix = information(normal, weights, parameters, active)
     vector = weights @ (normal.vector - normal.matrix @ b)[:, active]
-    lower = np.array([p.lower for p in parameters])[active]
-    factor = cho_factor(matrix, lower=False)
+    lower = prior.lower[active]
+    factor = cho_factor(information(normal, weights, prior, active), lower=False)
     free = cho_solve(factor, vector)
     if (free < lower).any():
         upper = np.triu(factor[0])
@@ -160,10 +187,8 @@ def solve(normal: NormalEquations, weights: Array, parameters: Sequence[Paramete
     return b
 
 
-def information(normal: NormalEquations, weights: Array, parameters: Sequence[Parameter],
-                active: Bools) -> Array:
+def information(normal: NormalEquations, weights: Array, prior: Prior, active: Bools) -> Array:
     """Return the inverse of the covariance of the active parameters, prior and data together."""
     index = np.flatnonzero(active)
-    prior = np.array([p.prior for p in parameters])[active]
     data: Any = np.tensordot(weights, normal.matrix[:, index[:, None], index], 1)
-    return data + np.diag(prior ** -2.0)
+    return data + np.diag(prior.deviation[index] ** -2.0)

@@ -1,134 +1,122 @@
-"""Selection of terms by cross-validation."""
+"""Selection of terms: what the motion shows, and what improves the cross-validated residual."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
+from itertools import groupby
 
 import numpy as np
 
 from .calibration_results import Selection
-from .normal import NormalEquations, Regressor, solve
+from .fit_data import turning
+from .normal import information, Problem, solve
 from .term import Term
-from ..model.arrays import Array, Bools
+from ..model.arrays import Array, Bools, Indices
 from ..model.joints import N_JOINTS
 
+_UNKNOWN = 0.7  # ratio of posterior to prior deviation above which a parameter is unidentifiable
 
-class LeftOut:
+
+def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, dict[int, list[str]]]:
     """
-    Cross-validation: fits without each fold in turn, evaluated on that fold.
+    Find the parameters of single joints that the data do not show, even fitted with bias alone.
 
-    Parameters
-    ----------
-    regressor : Regressor
-        The terms.
-    folds : list of NormalEquations
-        Sums over each recording, or over each part of one.
-
+    This includes all of joints that do not reverse. Returned are the parameters, (p,) bool, and
+    the names of their terms by joint.
     """
+    prior = problem.regressor.prior
+    reverses = turning(problem.motions)
+    mask = problem.none()
+    lost: dict[int, list[str]] = {}
+    bias = [where.start for term, where in problem.terms if term.name == 'bias']
+    for term, where in problem.terms:
+        if term.shared or term.name == 'bias':
+            continue
+        for joint in range(N_JOINTS):
+            for k in _own(term, where, joint).tolist():
+                active = problem.none()
+                active[[k, *(start + joint for start in bias)]] = True
+                inverse = np.linalg.inv(information(problem.whole, weights, prior, active))
+                variance = np.diag(inverse)[np.flatnonzero(active) == k].item()
+                if not reverses[joint] or np.sqrt(variance) > _UNKNOWN * prior.deviation[k]:
+                    mask[k] = True
+                    if term.name not in lost.setdefault(joint, []):
+                        lost[joint].append(term.name)
+    return mask, lost
 
-    def __init__(self, regressor: Regressor, folds: list[NormalEquations]) -> None:
-        self._regressor = regressor
-        self._folds = folds
-        self.whole = sum(folds[1:], folds[0])
-        self._others = [self.whole - fold for fold in folds]
 
-    def squared_error(self, weights: Array, active: Bools, joints: Iterable[int]) -> Array:
+class CrossValidation:
+    """Fits without each fold in turn, evaluated on that fold."""
+
+    def __init__(self, problem: Problem, weights: Array) -> None:
+        self._problem = problem
+        self._weights = weights  # (7,) 1 / variance of each joint's residual [1/(N m)^2]
+        self._others = [problem.whole - fold for fold in problem.folds]
+
+    def squared_error(self, active: Bools, joints: Iterable[int]) -> Array:
         """Return the left-out sum of squared residuals (7,) of some joints, fitted together."""
-        chosen = np.zeros(N_JOINTS)
-        chosen[list(joints)] = weights[list(joints)]
-        fits = [solve(other, chosen, self._regressor.parameters, active) for other in self._others]
-        return sum((fold.squared_error(b) for fold, b in zip(self._folds, fits)),
+        weights = np.zeros(N_JOINTS)
+        weights[list(joints)] = self._weights[list(joints)]
+        regressor = self._problem.regressor
+        active = active & regressor.acts[weights > 0.0].any(0)
+        return sum((fold.squared_error(solve(other, weights, regressor.prior, active))
+                    for fold, other in zip(self._problem.folds, self._others)),
                    np.zeros(N_JOINTS))
 
-    def rms(self, squared_error: Array) -> Array:
-        """Return the RMS (7,) [N m] of a sum of squared residuals."""
-        return np.sqrt(squared_error / self.whole.count)
 
-
-def select(regressor: Regressor, folds: list[NormalEquations], weights: Array,
-           wanted: Collection[str], unknown: Bools) -> list[Selection]:
+def select(problem: Problem, weights: Array, wanted: Collection[str],
+           unknown: Bools) -> list[Selection]:
     """
-    Select the terms that improve the cross-validated residual.
+    Select the terms that improve the cross-validated residual, in the order of the problem.
 
-    Parameters
-    ----------
-    regressor : Regressor
-        All terms, in the order in which they are tried.
-    folds : list of NormalEquations
-        Of recordings, or parts of one.
-    weights : ndarray (7,)
-        1 / variance of each joint's residual [1/(N m)^2].
-    wanted : collection of str
-        Names of terms that are always fitted.
-    unknown : ndarray (p,) of bool
-        Unidentifiable parameters, which are not fitted.
-
-    Returns
-    -------
-    list of Selection
-        The first has no term.
-
+    Terms named in ``wanted`` are always fitted, ``unknown`` parameters, (p,) bool, never. The
+    first step has no term.
     """
-    left_out = LeftOut(regressor, folds)
-    active = np.zeros(len(regressor.parameters), dtype=bool)
-    error = left_out.whole.square.copy()
-    steps = [Selection('', (), left_out.rms(error), active.copy())]
-    shared = False
-    for term, where in _in_turn(regressor, left_out, weights, active):
-        trial = active.copy()
-        trial[where] = True
-        if term.shared:
-            new = left_out.squared_error(weights, trial, range(N_JOINTS))
-            pays = np.mean(np.log(new / error)) < 2 * np.log1p(-term.worth)
-            kept = tuple(range(N_JOINTS)) if pays or term.name in wanted else ()
-            if kept:
-                active[where] = True
-                error = new
-                shared = True
-        else:
-            kept = ()
-            for joint in range(N_JOINTS):
-                own = where.start + np.array(term.acting(joint), dtype=int)
-                own = own[~unknown[own]]
-                if not len(own):
-                    continue
-                trial = active.copy()
-                trial[own] = True
-                together: Sequence[int] = range(N_JOINTS)
-                if not shared:  # then the joints do not depend on each other
-                    trial &= _acts_on(regressor, joint)
-                    together = [joint]
-                new = left_out.squared_error(weights, trial, together)[joint]
-                if new < error[joint] * (1 - term.worth) ** 2 or term.name in wanted:
-                    active[own] = True
-                    error[joint] = new
-                    kept += (joint,)
-        steps.append(Selection(term.name, kept, left_out.rms(error), active.copy()))
+    left_out = CrossValidation(problem, weights)
+    active = problem.none()
+    error = problem.whole.square.copy()
+    steps = [Selection('', (), np.sqrt(error / problem.whole.count), active.copy())]
+    coupled = False  # whether a term that all joints share is fitted
+    for term, where in _best_alternatives(problem, left_out, active):
+        kept: list[int] = []
+        for joints, own in _parts(term, where):
+            own = own[~unknown[own]]
+            if not len(own):
+                continue
+            trial = active.copy()
+            trial[own] = True
+            together = range(N_JOINTS) if coupled or term.shared else joints
+            new = left_out.squared_error(trial, together)[joints]
+            ratio = np.maximum(new, 1e-12) / np.maximum(error[joints], 1e-12)
+            if np.log(ratio).mean() < 2 * np.log1p(-term.worth) or term.name in wanted:
+                active[own] = True
+                error[joints] = new
+                kept += joints
+        coupled |= term.shared and bool(kept)
+        steps.append(Selection(term.name, tuple(kept), np.sqrt(error / problem.whole.count),
+                               active.copy()))
     return steps
 
 
-def _in_turn(regressor: Regressor, left_out: LeftOut, weights: Array,
-             active: Bools) -> Iterator[tuple[Term, slice]]:
+def _parts(term: Term, where: slice) -> Iterator[tuple[list[int], Indices]]:
+    """Yield the joints and parameters that are selected together."""
+    if term.shared:
+        yield list(range(N_JOINTS)), np.arange(where.start, where.stop)
+    else:
+        yield from (([joint], _own(term, where, joint)) for joint in range(N_JOINTS))
+
+
+def _own(term: Term, where: slice, joint: int) -> Indices:
+    return where.start + np.flatnonzero(term.acts[joint])
+
+
+def _best_alternatives(problem: Problem, left_out: CrossValidation,
+                       active: Bools) -> Iterator[tuple[Term, slice]]:
     """Yield the terms and their slices; of the Dahl terms only the one with the best length."""
-    tried = set()
-    for term, where in zip(regressor.terms, regressor.slices):
-        if term.name in tried:
-            continue
-        tried.add(term.name)
-        same = [pair for pair in zip(regressor.terms, regressor.slices)
-                if pair[0].name == term.name]
-        if len(same) > 1:
-            scores = []
-            for _, candidate in same:
-                trial = active.copy()
-                trial[candidate] = True
-                scores.append(sum(
-                    np.log(left_out.squared_error(
-                        weights, trial & _acts_on(regressor, joint), [joint])[joint])
-                    for joint in range(N_JOINTS)))
-            term, where = same[int(np.argmin(scores))]
-        yield term, where
-
-
-def _acts_on(regressor: Regressor, joint: int) -> Bools:
-    mask = np.zeros(len(regressor.parameters), dtype=bool)
-    mask[regressor.acting(joint)] = True
-    return mask
+    for _, group in groupby(problem.terms, lambda pair: pair[0].name):
+        alternatives = list(group)
+        scores = []
+        for _, where in alternatives if len(alternatives) > 1 else []:
+            trial = active.copy()
+            trial[where] = True
+            scores.append(sum(np.log(left_out.squared_error(trial, [joint])[joint])
+                              for joint in range(N_JOINTS)))
+        yield alternatives[int(np.argmin(scores)) if scores else 0]

@@ -1,15 +1,16 @@
 """Interface of the terms of a fit, and the types that they share."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from .fit_data import Motion
 from ..model.arm import BaxterArm
 from ..model.arrays import Array, Bools
+from ..model.joints import N_JOINTS
 
 
 @dataclass(frozen=True)
@@ -31,24 +32,12 @@ class Fitted:
 WORTH, WORTH_OF_ALL, WORTH_OF_ODD = 0.01, 0.02, 0.05
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """Parameter of a fit: a deviation from the settings."""
-
-    prior: float  # standard deviation of the prior
-    lower: float = -np.inf  # lower bound of the deviation
-
-    def tightened(self, factor: float) -> 'Parameter':
-        """Return the parameter with its prior scaled by the factor."""
-        return replace(self, prior=factor * self.prior)
-
-
 @dataclass(eq=False)
 class Sample:
     """Rows of a motion, and quantities that several terms use."""
 
     motion: Motion
-    presliding: Array  # (n, m, 7) Dahl's state for each of the m dahl_lengths()
+    presliding: dict[float, Array]  # Dahl's state (n, 7) for each length [rad]
     arm: BaxterArm
 
     @cached_property
@@ -67,23 +56,69 @@ class Sample:
             for direction in ((1.0, 0.0, -x / z), (0.0, 1.0, -y / z))], axis=-1)
 
 
-class Term(Protocol):
-    """Interface of a term."""
+class Term(ABC):
+    """
+    Term of a fit; its p parameters are deviations from the settings.
+
+    Attributes
+    ----------
+    name : str
+        Name, which alternatives of the same term share.
+    prior, lower : ndarray (p,)
+        Standard deviation of the prior, and lower bound of each parameter.
+    acts : ndarray (7, p) of bool
+        Whether a parameter acts on a joint.
+    quantities : list of tuple
+        Joint or link, component and unit of each reported quantity.
+    shared : bool
+        Whether the term acts on all joints together.
+    worth : float
+        Minimum relative improvement of the RMS for which the term is kept.
+
+    """
 
     name: str
-    shared: bool  # whether the term acts on all joints together
-    worth: float  # minimum relative improvement of the RMS
-    parameters: tuple[Parameter, ...]
+    prior: Array
+    lower: Array
+    acts: Bools
+    quantities: list[tuple[int | None, str, str]]
+    shared = False
+    worth = WORTH
 
-    def acting(self, joint: int) -> list[int]:
-        """Return the indices of the parameters that act on a joint."""
-
+    @abstractmethod
     def columns(self, sample: Sample, joint: int) -> Array:
         """Return the effort of a joint for a unit of each parameter that acts on it, (n, k)."""
 
+    @abstractmethod
     def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Add the deviations to the settings."""
+        """Add the deviations (p,) to the settings."""
+
+    @abstractmethod
+    def read(self, values: dict[str, Any]) -> Array:
+        """Return the reported quantities (m,) from the settings."""
+
+    def jacobian(self, values: dict[str, Any]) -> Array:
+        """Return the derivative of the quantities by the parameters, (m, p)."""
+        return np.eye(len(self.prior))
 
     def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
-               active: Bools) -> Iterator[Fitted]:
-        """Yield each quantity that was fitted."""
+               active: Bools) -> list[Fitted]:
+        """Return the quantities that the active parameters (p,) change."""
+        jacobian = self.jacobian(after)
+        deviation = np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
+        numbers = np.stack([self.read(before), self.read(after), deviation], axis=1).tolist()
+        return [Fitted(self.name, *quantity, *row)
+                for quantity, row, gradient in zip(self.quantities, numbers, jacobian)
+                if gradient[active].any()]
+
+
+class SharedTerm(Term):
+    """Term whose parameters act on several joints."""
+
+    shared = True
+    worth = WORTH_OF_ALL
+
+    def __init__(self, prior: Array) -> None:
+        self.prior = prior
+        self.lower = np.full(len(prior), -np.inf)
+        self.acts = np.ones((N_JOINTS, len(prior)), dtype=bool)

@@ -1,17 +1,11 @@
-"""
-Terms of a fit, in the order in which they are tried.
-
-Each term defines its parameters (deviations from the settings), their columns in the regressor,
-and how they change the settings.
-"""
+"""Terms of a fit, in the order in which they are tried."""
 
 import numpy as np
 
 from .body_terms import Links, Tilt, Tool
 from .joint_terms import DahlFriction, OFFSET, PerJoint, Spring, TORQUE
-from .term import Sample, Term, WORTH_OF_ODD
+from .term import Term, WORTH_OF_ODD
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
 
@@ -31,30 +25,25 @@ def dahl_lengths(model: EffortModel) -> tuple[float, ...]:
 
 def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) -> list[Term]:
     """
-    Return all terms, in the order in which they are tried, each on top of those before it.
+    Return all terms of deviations from some settings, each to be tried on top of those before it.
 
-    Parameters
-    ----------
-    settings : PredictorSettings
-        Settings from which the parameters are deviations.
-    shape : bool
-        Whether the spring's shape is fitted.
-    constant : bool
-        Whether the spring shape includes a constant; otherwise it is part of the bias of s1.
-
+    The spring has its shape fitted, or only a gain. Its constant is part of the bias of s1, unless
+    a shape has its own.
     """
     model = settings.effort_model
     terms: list[Term] = [
-        PerJoint('bias', 'N m', OFFSET, _ones),
+        PerJoint('bias', 'N m', OFFSET, lambda sample: np.ones(sample.motion.q.shape)),
         Tool(settings.arm),  # first: an unknown load hides friction
     ]
     if shape or model.has_spring:
         terms.append(Spring(model, shape, constant))
     terms += [
         PerJoint('coulomb', 'N m', TORQUE,
-                 lambda sample: np.tanh(sample.motion.qd / model.coulomb_velocity), model.coulomb),
-        PerJoint('viscous', 'N m s/rad', TORQUE, lambda sample: sample.motion.qd, model.viscous),
-        *(DahlFriction(model.dahl, *pair) for pair in enumerate(dahl_lengths(model))),
+                 lambda sample: np.tanh(sample.motion.qd / model.coulomb_velocity),
+                 0.0, model.coulomb),
+        PerJoint('viscous', 'N m s/rad', TORQUE, lambda sample: sample.motion.qd,
+                 0.0, model.viscous),
+        *(DahlFriction(model.dahl, length) for length in dahl_lengths(model)),
         PerJoint('added_inertia', 'kg m^2', np.full(N_JOINTS, _INERTIA),
                  lambda sample: sample.motion.qdd, worth=WORTH_OF_ODD),
     ]
@@ -66,7 +55,3 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
         PerJoint('stiffness', 'N m/rad', TORQUE, lambda sample: sample.motion.q, without=(S1,),
                  worth=WORTH_OF_ODD),
     ]
-
-
-def _ones(sample: Sample) -> Array:
-    return np.ones(sample.motion.q.shape)

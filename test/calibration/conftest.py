@@ -1,4 +1,4 @@
-"""What the tests of the calibration share: a robot whose every number is known, and motions."""
+"""Fixtures of the calibration tests: a robot with known parameters, and motions."""
 
 from functools import lru_cache
 
@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 PERIOD = 0.01  # [s]
-FINE = 5  # steps of the true motion in a period: Dahl's friction sees each turn
+FINE = 5  # steps of the true motion per period, for Dahl friction
 EFFORT_NOISE = np.array([0.075, 0.037, 0.075, 0.035, 0.008, 0.016, 0.011])  # sd [N m]
 VELOCITY_NOISE = 0.004  # sd [rad/s]
 POSITION_NOISE = 4e-4  # sd [rad]
 CENTER = np.array([0.0, -0.45, 0.0, 1.2, 0.0, 0.4, 0.0])  # [rad]
 
-# Settings to begin with: the defaults, and a calibration in which nothing is zero.
+# Initial settings: the defaults, and a calibration without zeros.
 SETTINGS = {
     'defaults': {},
     'calibrated': {
@@ -38,7 +38,7 @@ SETTINGS = {
 
 
 class Recording:
-    """Joint states in memory, which can be read again and again."""
+    """Joint states in memory."""
 
     def __init__(self, name, arm, states):
         self.name = name
@@ -49,18 +49,18 @@ class Recording:
         return iter(self.states)
 
     def changed(self, change):
-        """Return it with each position, velocity and effort as ``change`` makes them."""
+        """Return it with position, velocity and effort passed through a function."""
         return Recording(self.name, self.arm, [
             (stamp, names, *change(*arrays), received)
             for stamp, names, *arrays, received in self.states])
 
     def part(self, *span):
-        """Return some of it."""
+        """Return a slice of it."""
         return Recording(self.name, self.arm, self.states[slice(*span)])
 
 
 def _wander(seed, t):
-    """Return q, qd, qdd, each (n, 7), of a motion that turns all joints round; t (n,) [s]."""
+    """Return q, qd, qdd (n, 7) of a motion that reverses all joints; t (n,) [s]."""
     rng = np.random.default_rng(seed)
     w = 2 * np.pi * rng.uniform(0.03, 0.5, (4, 7))  # [rad/s]
     amplitude = np.array([0.35, 0.42, 0.35, 0.35, 0.42, 0.35, 0.42]) * np.minimum(1.0, 1.5 / w)
@@ -70,7 +70,7 @@ def _wander(seed, t):
 
 
 def _recording(truth, seed, duration=30.0, lag=0.014, motion=_wander, noise=1.0):
-    """Return what a robot with these settings publishes: its own effort, and white noise."""
+    """Return the joint states of a robot with these settings, with white noise."""
     rng = np.random.default_rng(seed)
     settings = PredictorSettings(truth)
     fine = PERIOD / FINE * np.arange(round(duration / PERIOD) * FINE)
@@ -91,19 +91,7 @@ def _recording(truth, seed, duration=30.0, lag=0.014, motion=_wander, noise=1.0)
 
 
 class KnownRobot:
-    """
-    What a robot has, what it publishes, and what is found in that.
-
-    Each of its settings, 'all' and 'friction', is calibrated once, from the defaults.
-
-    Attributes
-    ----------
-    ALL, FRICTION : dict
-        What it truly has.
-    LEAST : ndarray (7,)
-        RMS that the noise of effort, velocity and position leaves over [N m].
-
-    """
+    """Robot with known parameters, its recordings and their calibrations, each made once."""
 
     ALL = {
         'effort_model.coulomb': (0.8, 1.0, 0.4, 0.0, 0.15, 0.12, 0.04),
@@ -116,6 +104,7 @@ class KnownRobot:
     }
     FRICTION = {'effort_model.coulomb': ALL['effort_model.coulomb'],
                 'effort_model.bias': ALL['effort_model.bias']}
+    # RMS that the noise of effort, velocity and position leaves [N m], and a margin.
     LEAST = 1.15 * np.array([0.127, 0.101, 0.086, 0.051, 0.0083, 0.0157, 0.0101])
     CENTER = CENTER
     EFFORT_NOISE = EFFORT_NOISE
@@ -124,19 +113,19 @@ class KnownRobot:
 
     @lru_cache  # there is one robot a session
     def recordings(self, kind):
-        """Return some of its recordings."""
+        """Return recordings of a robot with all terms or with friction only."""
         truth, n = {'all': (self.ALL, 4), 'friction': (self.FRICTION, 2)}[kind]
         return [_recording(truth, seed) for seed in range(n)]
 
     @lru_cache
     def calibrated(self, kind):
-        """Return what is found in them."""
+        """Return their calibration."""
         from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # needs SciPy
         return calibrate(self.recordings(kind))
 
     @staticmethod
     def off(calibration, truth) -> dict:
-        """Return how many times its uncertainty each parameter is off the truth, by name."""
+        """Return the error of each parameter in standard deviations, by name."""
         return {(p.term, p.joint, p.component): (p.value - _true_value(p, truth)) / p.deviation
                 for p in calibration.parameters}
 
@@ -150,6 +139,12 @@ class KnownRobot:
 
 
 @pytest.fixture(scope='session')
+def in_memory():
+    """Return the class of recordings in memory."""
+    return Recording
+
+
+@pytest.fixture(scope='session')
 def robot():
     """Return the robot."""
     return KnownRobot()
@@ -157,13 +152,13 @@ def robot():
 
 @pytest.fixture(params=SETTINGS.values(), ids=SETTINGS.keys())
 def settings(request):
-    """Return each of the settings to begin with, complete."""
+    """Return each of the initial settings."""
     return PredictorSettings(request.param)
 
 
 @pytest.fixture(scope='session')
 def make_motion():
-    """Return a function that makes a motion of n rows at 100 Hz, and random efforts."""
+    """Return a function that makes a motion of n rows at 100 Hz."""
     return _make_motion
 
 
@@ -180,7 +175,7 @@ def columns():
 
 
 def _true_value(parameter, truth):
-    """Return what a parameter should be."""
+    """Return the true value of a fitted quantity."""
     values = {**DEFAULTS, **truth}
     term, which = parameter.term, parameter.component
     if term == 'tilt':
@@ -201,7 +196,7 @@ def _true_value(parameter, truth):
 
 
 def _make_motion(n, rng):
-    """Return n rows at 100 Hz: two sines a joint."""
+    """Return n rows at 100 Hz: two sines per joint, and random efforts."""
     time = 0.01 * np.arange(n)
     amplitude = rng.uniform(0.2, 0.6, (2, 7))
     amplitude[:, 1] = 1.2, 0.5
@@ -213,11 +208,11 @@ def _make_motion(n, rng):
 
 
 def _columns(term, settings, motion):
-    """Return a term's columns for all joints, (n, 7, p), zero where it says it does not act."""
-    lengths = np.array(dahl_lengths(settings.effort_model))[:, None]
-    sample = Sample(motion, motion.presliding(lengths), settings.arm)
-    result = np.zeros((len(motion), 7, len(term.parameters)))
-    for joint in range(7):
-        if term.acting(joint):
-            result[:, joint, term.acting(joint)] = term.columns(sample, joint)
+    """Return a term's columns for all joints, (n, 7, p), zero where it does not act."""
+    presliding = {length: motion.presliding(length)
+                  for length in dahl_lengths(settings.effort_model)}
+    sample = Sample(motion, presliding, settings.arm)
+    result = np.zeros((len(motion), 7, len(term.prior)))
+    for joint in np.flatnonzero(term.acts.any(1)):
+        result[:, joint, term.acts[joint]] = term.columns(sample, joint)
     return result
