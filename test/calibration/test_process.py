@@ -1,0 +1,81 @@
+"""Calibration in a process of its own, and the progress shown before it."""
+
+import os
+import subprocess
+
+from baxter_dynamics_ros.calibration.process import (
+    COMMAND, ENVIRONMENT, read_result, run, write_input)
+from baxter_dynamics_ros.calibration.progress import progress
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.simulation.exciting_trajectory import motion, SERIES
+import numpy as np
+import pytest
+
+pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
+
+
+def written(path, recording, values=None):
+    """Write the joint states of a recording as the input of the process; return its path."""
+    stamps, (names, *_), *arrays, received = zip(*recording.states)
+    write_input(path, list(names), stamps, received, tuple(map(np.array, arrays)),
+                PredictorSettings(values).values)
+    return path
+
+
+def test_process_calibrates_as_the_command_does(robot, tmp_path):
+    from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
+    (recording,) = robot.recordings('friction')[:1]
+    source = written(tmp_path / 'states.npz', recording)
+    subprocess.run([*COMMAND, source, tmp_path / 'result.json'], check=True, timeout=100,
+                   env={**os.environ, **ENVIRONMENT})
+    found, wanted = read_result(tmp_path / 'result.json'), calibrate([recording])
+    assert found.better and wanted.better
+    assert found.message == wanted.summary
+    assert found.notices == list(wanted.warnings)
+    np.testing.assert_allclose(found.rms_before, wanted.rms_before, rtol=1e-6)
+    np.testing.assert_allclose(found.rms_after, wanted.rms_after, rtol=1e-6)
+    assert set(found.values) == {'effort_model.coulomb', 'effort_model.bias'}
+    for name, value in found.values.items():
+        np.testing.assert_allclose(value, wanted.values[name], rtol=1e-6, atol=1e-9)
+    # A second calibration of a calibrated robot changes nothing for the better.
+    again = run(written(source, recording, found.values))
+    assert not again.better and 'not reduced' in again.message
+
+
+def test_process_gives_the_reason_of_a_refusal(robot, tmp_path):
+    result = run(written(tmp_path / 'states.npz', robot.recording(robot.FRICTION, 0, 8.0)))
+    assert result.message.startswith('7.8 s of motion are too short')
+    assert not result.better and not result.values and np.isnan(result.rms_after).all()
+
+
+def test_progress_of_the_exciting_trajectory_grows_to_one():
+    """At rest nothing is seen; the whole trajectory shows everything."""
+    t = np.arange(0.0, 60.0, 0.01)
+    q = motion(SERIES, t)[0]
+    noise = np.random.default_rng(0).uniform(-2e-4, 2e-4, q.shape)
+    shares = [progress(t[:n], q[:n] + noise[:n]).seen for n in (0, 1, 2, 500, 1500, 3000, 6000)]
+    assert (np.diff(shares, axis=0) >= 0.0).all() and (shares[0] == 0.0).all()
+    assert (shares[-1] == 1.0).all()
+    assert progress(t, q).advice.startswith('all joints have moved enough')
+    assert (progress(t, q[:1] + noise).seen < 0.2).all()
+
+
+@pytest.mark.parametrize('advice, change', [
+    ('move e1 through more of the range', lambda t, q: 0.1 * q),
+    ('move e1 faster in the negative direction', lambda t, q: 0.1 * np.maximum(t - 1.0, 0.0)),
+    ('accelerate e1 more', lambda t, q: 3.0 * np.sin(0.1 * t)),
+])
+def test_advice_names_the_joint_and_the_missing_motion(advice, change):
+    t = np.arange(0.0, 40.0, 0.01)
+    q = np.sin(0.8 * t)[:, None] + np.zeros(7)
+    q[:, 3] = change(t, q[:, 3])
+    shown = progress(t, q)
+    assert shown.advice == advice
+    assert shown.seen[3] < 1.0 and (np.delete(shown.seen, 3) == 1.0).all()
+
+
+def test_progress_names_several_joints():
+    t = np.arange(0.0, 20.0, 0.01)
+    assert progress(t, np.zeros((2000, 7))).advice == (
+        f'move {", ".join(JOINTS)} through more of the range')
