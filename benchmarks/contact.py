@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import NamedTuple
 
-from baxter_dynamics_ros.estimation.observer import GAIN, MomentumObserver
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.estimation.observer import MomentumObserver
+from baxter_dynamics_ros.estimation.predictor import Predictor
+from baxter_dynamics_ros.estimation.settings import ExternalEffortSettings, PredictorSettings
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS, mount, N_JOINTS
@@ -124,9 +125,14 @@ def pushed(motion: JointTrace, plan: list) -> JointTrace:
     return motion._replace(effort=effort)
 
 
+def settings_for(motion: JointTrace, values: dict) -> PredictorSettings:
+    """Return the settings with these values by name for the arm of a motion."""
+    return PredictorSettings.from_parameters({'arm': motion.side} | values)
+
+
 def play(motion: JointTrace, values: dict = {}) -> Result:
     """Play a motion to a new predictor."""
-    predictor = PredictorSettings({'arm': motion.side} | values).predictor(external=True)
+    predictor = Predictor(settings_for(motion, values), external=True)
     names, rows = joint_names(motion.side), []
     for stamp, *fields in zip(np.round(motion.times * 1e9), *motion[3:]):
         step = predictor.handle(10 ** 18 + int(stamp), names, *fields)
@@ -172,7 +178,7 @@ def calibrated(motions: list) -> dict:
     """Return the bias and Coulomb friction that explain free motions best, as settings."""
     rows = []
     for motion in motions:
-        lag, settled = MomentumObserver(GAIN), round(1.0 / motion.period)
+        lag, settled = MomentumObserver(ExternalEffortSettings.gain), round(1.0 / motion.period)
         sliding = np.tanh(motion.qd / EffortModel().coulomb_velocity)
         friction = [lag.update(motion.period, np.zeros(N_JOINTS), -x) for x in sliding]
         rows.append((play(motion).external[settled:], np.array(friction)[settled:]))
@@ -189,11 +195,11 @@ def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
 
     Both minus their moving mean over ``window`` [s], if that is not zero.
     """
-    settings, found = PredictorSettings({'arm': motion.side} | values), play(motion, values)
+    model, found = settings_for(motion, values).model, play(motion, values)
     qdd = np.diff(motion.qd, axis=0) / motion.period
     q, qd, effort = (x[1:] for x in motion[3:])
-    first_difference = effort - settings.effort_model.effort(
-        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+    first_difference = effort - model.effort_model.effort(
+        model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
     rms = []
     for x in (found.residual, found.external, first_difference):
         x = x[round(1.0 / motion.period):]

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
@@ -93,7 +94,7 @@ def measure(kind: str, rate: float, seconds: float) -> dict:
         process.terminate()
         process.wait(10)
         rclpy.try_shutdown()
-    behind = 0 if kind == 'relay' else round(PredictorSettings().predictor().estimator.delay * 1e9)
+    behind = 0 if kind == 'relay' else round(Predictor(PredictorSettings()).estimator.delay * 1e9)
     counted = list(sent)[round(rate * SETTLE):]
     latencies = [driver.received[stamp - behind] - sent[stamp] for stamp in counted
                  if stamp - behind in driver.received]

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.estimation.events import DROPPED
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state
@@ -83,7 +84,7 @@ class Meter:
 
 def through_handler(n: int) -> Soak:
     """Send n messages to a stream handler."""
-    predictor, meter, residuals = PredictorSettings().predictor(True), Meter(n, os.getpid()), 0
+    predictor, meter, residuals = Predictor(PredictorSettings(), True), Meter(n, os.getpid()), 0
     for k, (stamp, *fields) in enumerate(messages(n)):
         meter.before(k)
         prediction = predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction
@@ -136,7 +137,7 @@ def through_node(n: int) -> Soak:
 
 def quiet_messages() -> int:
     """Return the number of messages without a prediction while the filter settles."""
-    predictor = PredictorSettings().predictor()
+    predictor = Predictor(PredictorSettings())
     return next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
                 if predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction is not None)
 

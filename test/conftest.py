@@ -158,7 +158,7 @@ def _ros_message(store, content, is_ros1):
 def moving_arm():
     """Return a function: n joint states at 100 Hz for make_bag, effort by settings and noise."""
     def make(n, side='right', topic='/robot/joint_states', truth=None):
-        settings = PredictorSettings({**(truth or {}), 'arm': side})
+        settings = PredictorSettings.from_parameters({**(truth or {}), 'arm': side})
         random = np.random.default_rng(n)
         t = 0.01 * np.arange(n)[:, None, None]  # [s]
         w = 2 * np.pi * np.array([[0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5],  # [rad/s]
@@ -169,8 +169,8 @@ def moving_arm():
         qd = (0.35 * w * np.cos(w * t + phase)).sum(1)
         lagging = (0.35 * w * np.cos(w * (t - 0.014) + phase)).sum(1)
         qdd = -(0.35 * w ** 2 * np.sin(w * t + phase)).sum(1)
-        effort = settings.effort_model.effort(
-            settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+        effort = settings.model.effort_model.effort(
+            settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
         effort = effort + random.normal(0.0, 0.02, q.shape)
         names = joints.joint_names(side)
         return [(topic, stamp + 1000, (stamp, names, *row)) for stamp, *row in zip(
@@ -255,5 +255,7 @@ def all_changed():
         return [1.0123456789 * x or 0.0123456789 for x in setting.default]
 
     possible = [2.34567891e-2, 3.45678912e-2, 2.98765432e-2, 1.23456789e-4, -2.34567891e-4, 1.5e-5]
-    return PredictorSettings({**{setting.name: changed(setting) for setting in SETTINGS},
-                              'payload.inertia': possible}).values
+    crosstalk = 0.0123456789 * (1.0 - np.eye(7))
+    return PredictorSettings.from_parameters({
+        **{setting.name: changed(setting) for setting in SETTINGS}, 'payload.inertia': possible,
+        'effort_model.crosstalk': crosstalk.ravel()})

@@ -61,8 +61,9 @@ def _baxter_dynamics(arguments):
 
 def _torque_predictor(arguments):
     given = _parameters(arguments)
-    PredictorSettings({key: value for key, value in given.items()
-                       if not re.match(r'use_sim_time|qos_overrides|joint_prefix|frame_id', key)})
+    PredictorSettings.from_parameters({
+        key: value for key, value in given.items()
+        if not re.match(r'use_sim_time|qos_overrides|joint_prefix|frame_id', key)})
 
 
 def _parameters(arguments):

@@ -18,6 +18,6 @@ def trajectory(t) -> tuple:
 def measured(settings, t, motion=trajectory) -> tuple:
     """Return the position, velocity and effort (n, 7) that it measures at times t (n,)."""
     q, qd, qdd = motion(t)
-    effort = settings.effort_model.effort(
-        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+    effort = settings.model.effort_model.effort(
+        settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
     return q, motion(t - VELOCITY_LAG)[1], effort

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 START = 1_700_000_000_000_000_000  # [ns]
 RIGHT = joint_names('right')
 DELAY = VELOCITY_LAG + np.sqrt(2) / (2 * np.pi * 5.0)  # of predictions, behind the newest [s]
-SETTINGS = {mode: PredictorSettings({'stamps': mode}) for mode in ('auto', 'header', 'arrival')}
+SETTINGS = {mode: PredictorSettings(stamps=mode) for mode in ('auto', 'header', 'arrival')}
 
 
 def robot(t, stamps):
@@ -45,7 +46,7 @@ class Run(NamedTuple):
 
 def play(messages, mode) -> Run:
     """Play messages to a new stream handler."""
-    run = Run(SETTINGS[mode].predictor(external=True), {}, {})
+    run = Run(Predictor(SETTINGS[mode], external=True), {}, {})
     for i, message in enumerate(messages):
         step = run.predictor.handle(*message)
         if step.prediction is not None:

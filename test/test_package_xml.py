@@ -157,7 +157,7 @@ def test_topics_and_parameters_of_launch_files_exist(path):
 def test_parameter_files_are_accepted(path):
     values = _parameters(path)
     assert values
-    PredictorSettings(values)  # raises at an unknown name or a refused value
+    PredictorSettings.from_parameters(values)  # raises at an unknown name or a refused value
 
 
 @pytest.mark.parametrize('path', CONFIG, ids=lambda path: path.name)
@@ -169,7 +169,7 @@ def test_parameter_files_have_the_types_that_ros_insists_on(path):
 
 def test_parameter_file_of_the_right_arm_lists_all_defaults():
     values = _parameters(REPOSITORY / 'config' / 'right_arm.yaml')
-    assert PredictorSettings(values).values == DEFAULTS
+    assert PredictorSettings.from_parameters(values).parameters() == DEFAULTS
     assert values.keys() == DEFAULTS.keys()
 
 

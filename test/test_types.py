@@ -18,6 +18,7 @@ import numpy as np
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import EffortModel
 
@@ -26,7 +27,7 @@ q = [0.0] * 7
 reveal_type(arm.gravity(q))  # ndarray
 reveal_type(arm.terms(q, np.zeros((3, 7)))[0])  # ndarray
 reveal_type(EffortModel(bias=np.zeros(7)).has_friction)  # bool
-predictor = PredictorSettings({'arm': 'left'}).predictor()
+predictor = Predictor(PredictorSettings(arm='left'))
 step = predictor.handle(0, ['left_s0'], np.zeros(1), np.zeros(1), np.zeros(1))
 reveal_type(step.begins)  # bool
 BaxterArm(payload=3)  # arg-type

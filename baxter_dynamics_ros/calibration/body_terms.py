@@ -1,11 +1,12 @@
 """Terms shared by all joints: tilt of the base, link parameters, payload."""
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from .term import Sample, SharedTerm
+from ..estimation.settings import LinkSettings, PayloadSettings, PredictorSettings
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.base_parameters import fixed_to_link
@@ -41,15 +42,15 @@ class Tilt(SharedTerm):
     def columns(self, sample: Sample, joint: int) -> Array:
         return sample.horizontal_gravity[:, joint]
 
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
         """Rotate gravity, preserving its magnitude."""
-        gravity = np.asarray(values['gravity'], dtype=float)
+        gravity = np.array(settings.gravity)
         x, y = gravity[:2] + deviation
-        z = np.sqrt(gravity @ gravity - x * x - y * y)
-        values['gravity'] = (float(x), float(y), float(np.copysign(z, gravity[2])))
+        z = np.copysign(np.sqrt(gravity @ gravity - x * x - y * y), gravity[2])
+        return replace(settings, gravity=(x, y, z))
 
-    def read(self, values: dict[str, Any]) -> Array:
-        return np.array(values['gravity'][:2])
+    def read(self, settings: PredictorSettings) -> Array:
+        return np.array(settings.gravity[:2])
 
 
 class Links(SharedTerm):
@@ -83,20 +84,19 @@ class Links(SharedTerm):
         s = np.einsum('lk,kab->lab', deviation.reshape(N_JOINTS, -1), _SYMMETRIC)
         return 1.0 + np.linalg.eigvalsh(s)[:, 0]
 
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
         pseudo = self._root @ self._root.swapaxes(-1, -2) + np.einsum(
             'lk,lkab->lab', deviation.reshape(N_JOINTS, -1), self._units)
         mass, center, inertia = from_pseudo_inertia(pseudo)
-        values['links.mass'] = tuple(mass)
-        values['links.center_of_mass'] = tuple(center.ravel())
-        values['links.inertia'] = tuple(inertia_elements(inertia).ravel())
+        return replace(settings, links=LinkSettings(
+            tuple(mass), tuple(center.ravel()), tuple(inertia_elements(inertia).ravel())))
 
-    def read(self, values: dict[str, Any]) -> Array:
-        mass = np.array(values['links.mass'])[:, None]
-        center = np.reshape(values['links.center_of_mass'], (N_JOINTS, 3))
+    def read(self, settings: PredictorSettings) -> Array:
+        mass = np.array(settings.links.mass)[:, None]
+        center = np.reshape(settings.links.center_of_mass, (N_JOINTS, 3))
         return np.concatenate([mass, mass * center], axis=1).ravel()
 
-    def jacobian(self, values: dict[str, Any]) -> Array:
+    def jacobian(self, settings: PredictorSettings) -> Array:
         return block_diag(*self._units[:, :, [3, 0, 1, 2], 3].swapaxes(1, 2))
 
 
@@ -144,18 +144,16 @@ class Tool(SharedTerm):
         change = mass * np.outer(center, center) - self._before.mass * np.outer(before, before)
         return np.array([change[_PAIRS[n]] for n in self.fixed])
 
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
         mass, center = self.total(deviation)
-        values['payload.mass'] = float(mass)
-        values['payload.center_of_mass'] = tuple(center)
-        if mass == 0.0:
-            values['payload.inertia'] = (0.0,) * 6
+        inertia = settings.payload.inertia if mass else (0.0,) * 6
+        return replace(settings, payload=PayloadSettings(mass, tuple(center), inertia))
 
-    def read(self, values: dict[str, Any]) -> Array:
-        return np.array([values['payload.mass'], *values['payload.center_of_mass']])
+    def read(self, settings: PredictorSettings) -> Array:
+        return np.array([settings.payload.mass, *settings.payload.center_of_mass])
 
-    def jacobian(self, values: dict[str, Any]) -> Array:
-        mass, *center = self.read(values)
+    def jacobian(self, settings: PredictorSettings) -> Array:
+        mass, *center = self.read(settings)
         result = np.zeros((4, len(_PAIRS)))
         result[0, self.mass] = 1.0
         if mass >= _LIGHT:  # d center = (d moment - center d mass) / mass

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from .fit_data import Motion, observe, residual, rms
 from .normal import pose
 from .term import Term
 from .terms import all_terms, OPTIONAL
-from ..estimation.settings import PredictorSettings
+from ..estimation.settings import BaseSettings, EffortModelSettings, PredictorSettings
 from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
 from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
@@ -28,7 +27,7 @@ _LAG_OFF = 0.001  # minimum difference for which the measured velocity lag is ad
 _SIGMAS = 3.0  # ... and minimum number of standard errors
 
 
-def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = None,
+def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | None = None,
               inertial: bool = False, payload: bool = False, only: Collection[str] = (),
               progress: Callable[[str], None] = lambda text: None) -> Calibration:
     """
@@ -38,7 +37,7 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
     ----------
     recordings : list of Recording
         Recordings of one arm; each must be readable more than once.
-    values : dict, optional
+    settings : PredictorSettings, optional
         Initial settings, such as an earlier calibration; the defaults if omitted.
     inertial, payload : bool
         Whether to fit the inertial parameters of the links, and the payload.
@@ -53,20 +52,21 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
     CalibrationError
         If the recordings cannot be used, with the reason.
     ArgumentError
-        If a setting is invalid, or a term does not exist.
+        If the settings have no effort model to fit, or a term does not exist.
 
     """
-    values = _starting_values(values, one_arm(recordings))
+    settings = _starting_point(settings or PredictorSettings(), one_arm(recordings))
     asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
-    motions, notices = distinct(_observed(recordings, values, progress))
+    motions, notices = distinct(_observed(recordings, settings, progress))
     refuse(motions)
-    check = check_data(long_enough(motions), values)
+    check = check_data(long_enough(motions), settings)
     lag = None if check is None else check.lag
     if check is not None:
         notices += check.problems
-    if lag is not None and _is_off(lag, values['acceleration.velocity_lag']):
-        values['acceleration.velocity_lag'] = round(max(lag.value, 0.0), 4)
-        motions, _ = distinct(_observed(recordings, values, progress))  # with the new delay
+    if lag is not None and _is_off(lag, settings.acceleration.velocity_lag):
+        settings = replace(settings, acceleration=replace(
+            settings.acceleration, velocity_lag=round(max(lag.value, 0.0), 4)))
+        motions, _ = distinct(_observed(recordings, settings, progress))  # new delay
     notices += warnings(motions)
     motions = long_enough(motions)
     by_time = len(motions) == 1
@@ -76,17 +76,17 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
                               'fitted to the others. A motion that repeats lap after lap makes '
                               'this look better than it is: record another'))
     sweep = _sweep(motions)
-    terms = _terms(PredictorSettings(values), sweep, only, asked, notices)
+    terms = _terms(settings, sweep, only, asked, notices)
     progress('fitting')
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
-    problem = pose(values, terms, motions)
+    problem = pose(settings, terms, motions)
     choice = choose(problem, wanted)
     contacts = [contact for motion in motions for contact in find_contacts(
-        motion.time, residual(motion, choice.values), motion.q, motion.name)]
+        motion.time, residual(motion, choice.settings), motion.q, motion.name)]
     free = _without(contacts, motions, notices)
     if free is not motions:
-        problem = pose(values, terms, free)
+        problem = pose(settings, terms, free)
         choice = choose(problem, wanted)
     progress('judging on what was left out')
     fit, last = best_fit(problem, choice.steps)
@@ -96,31 +96,30 @@ def calibrate(recordings: Sequence[Recording], values: dict[str, Any] | None = N
                   one, with_contact=rms(residual(motion, problem.updated(b))))
               for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
-        arm=values['arm'], before=values, values=fit.values, parameters=fit.parameters,
+        arm=settings.arm, before=settings, after=fit.settings, parameters=fit.parameters,
         steps=choice.steps[:last + 1], judged=judged, by_time=by_time, lag=lag, check=check,
         contacts=[] if free is motions else contacts, notices=tuple(notices),
         samples=problem.whole.count, duration=sum(motion.duration for motion in free),
         s1_range=sweep)
 
 
-def _starting_values(values: dict[str, Any] | None, arm: str) -> dict[str, Any]:
-    """Return all settings, with the tilt of the base expressed in gravity."""
-    given = PredictorSettings({**(values or {}), 'arm': arm})
-    if not given.values['effort_model.enabled']:
+def _starting_point(given: PredictorSettings, arm: str) -> PredictorSettings:
+    """Return the settings with the tilt of the base expressed in gravity."""
+    if not given.effort_model.enabled:
         raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
                             'effort model to fit; begin with other parameters')
-    if not given.values['align']:
+    if not given.align:
         raise ArgumentError('align', 'false: a fit needs effort and acceleration of one instant')
-    return {**given.values, 'gravity': tuple(given.arm.gravity_vector.tolist()),
-            'base.roll': 0.0, 'base.pitch': 0.0}
+    return replace(given, arm=arm, gravity=tuple(given.model.arm.gravity_vector.tolist()),
+                   base=BaseSettings())
 
 
-def _observed(recordings: Iterable[Recording], values: dict[str, Any],
+def _observed(recordings: Iterable[Recording], settings: PredictorSettings,
               progress: Callable[[str], None]) -> list[Motion]:
     motions = []
     for recording in recordings:
         progress(f'reading {recording.name}')
-        motions.append(observe(recording, values))
+        motions.append(observe(recording, settings))
     return motions
 
 
@@ -141,9 +140,9 @@ def _sweep(motions: list[Motion]) -> tuple[float, float]:
     return tuple(np.quantile(s1, [0.002, 0.998]).tolist())
 
 
-def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
+def sweeps(low: float, high: float, model: EffortModelSettings) -> bool:
     """Return whether the range of s1 [rad] covers enough of the spring's range."""
-    lower, upper = values['effort_model.spring_range']
+    lower, upper = model.spring_range
     low, high = np.clip([low, high], lower, upper)
     return bool(high - low >= SWEEP * (upper - lower))
 
@@ -151,8 +150,8 @@ def sweeps(low: float, high: float, values: dict[str, Any]) -> bool:
 def _terms(settings: PredictorSettings, sweep: tuple[float, float], only: Collection[str],
            asked: Collection[str], notices: list[Notice]) -> list[Term]:
     """Return the terms to fit; add a notice if the shape of the spring is not fitted."""
-    shape = sweeps(*sweep, settings.values)
-    if not shape and (not only or 'spring' in only) and settings.effort_model.has_spring:
+    shape = sweeps(*sweep, settings.effort_model)
+    if not shape and (not only or 'spring' in only) and settings.model.effort_model.has_spring:
         lower, upper = settings.effort_model.spring_range
         low, high = np.clip(sweep, lower, upper)
         notices.append(Notice(

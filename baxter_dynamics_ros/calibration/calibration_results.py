@@ -1,11 +1,12 @@
 """Results of a calibration."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .term import Fitted
+from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS
 from ..recordings.contact_intervals import Contact
@@ -42,8 +43,8 @@ class Calibration:
     """Result of a calibration."""
 
     arm: str  # 'right' or 'left'
-    before: dict[str, Any]  # all settings of the predictor, with the measured velocity lag
-    values: dict[str, Any]  # ... calibrated
+    before: PredictorSettings  # initial, with the measured velocity lag
+    after: PredictorSettings  # calibrated
     parameters: list[Fitted]
     steps: list[Selection]  # one per term that was tried; the first has no term
     judged: list[Judged]  # one per fold

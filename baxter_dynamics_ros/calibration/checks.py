@@ -77,9 +77,9 @@ def refuse(motions: list[Motion]) -> None:
                                'motion that turns every joint round (--plan shows one)')
 
 
-def check_data(motions: list[Motion], values: dict[str, Any]) -> 'DataCheck | None':
+def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck | None':
     """Return the check of the data; raise CalibrationError if they contradict the model."""
-    checker = DataChecker(PredictorSettings(values))
+    checker = DataChecker(settings)
     for motion in motions:
         checker.add(motion.time, np.stack([motion.q, motion.qd, motion.qdd, motion.effort], 1),
                     motion.newest_q, motion.newest_qd)

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .noise import correlation_times
 from .normal import information, NormalEquations, Prior, Problem, solve
 from .selection import select, unidentifiable
 from .term import Fitted
+from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 
@@ -29,14 +30,14 @@ class Choice(NamedTuple):
 
     steps: list[Selection]
     unidentifiable: dict[int, list[str]]  # joint -> names of unidentifiable terms
-    values: dict[str, Any]  # settings of the preliminary fit
+    settings: PredictorSettings  # of the preliminary fit
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Result of a fit."""
 
-    values: dict[str, Any]  # all settings
+    settings: PredictorSettings
     parameters: list[Fitted]
     judged: list[Judged]
     left_out: list[Array]  # deviations (p,) of the fit without each motion
@@ -88,17 +89,17 @@ def fit_terms(problem: Problem, step: Selection) -> Fit:
     left_over = rms(np.concatenate(residuals))
     weights = problem.weights(left_over)
     left_out = [_solve(problem, problem.whole - fold, weights, active) for fold in problem.folds]
-    values = problem.updated(_solve(problem, problem.whole, weights, active))
+    settings = problem.updated(_solve(problem, problem.whole, weights, active))
     # Correlated residuals widen the standard deviations but do not change the fit.
     times = correlation_times(residuals, [motion.period for motion in problem.motions])
     covariance = _covariance(problem, problem.weights(left_over, times), active, left_out)
     parameters = [fitted for term, where in problem.terms if active[where].any()
-                  for fitted in term.fitted(problem.before, values, covariance[where, where],
+                  for fitted in term.fitted(problem.before, settings, covariance[where, where],
                                             active[where])]
     judged = [Judged(motion.name, motion.duration, rms(residual(motion, problem.before)),
                      rms(residual(motion, problem.updated(b))))
               for motion, b in zip(problem.motions, left_out)]
-    return Fit(values, parameters, judged, left_out)
+    return Fit(settings, parameters, judged, left_out)
 
 
 def _log_error(rms: Array) -> float:

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation.predictor import Estimate
-from ..estimation.settings import PredictorSettings
+from ..estimation.predictor import Estimate, Predictor
+from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 from ..model.presliding import Presliding
@@ -92,10 +92,10 @@ def turning(motions: list[Motion]) -> Bools:
     return (speed.max(0) > MOVES) & (speed.min(0) < -MOVES)
 
 
-def observe(recording: Recording, values: dict[str, Any]) -> Motion:
+def observe(recording: Recording, settings: PredictorSettings) -> Motion:
     """Return a recording's motion, estimated with the filter of some settings."""
-    predictor = PredictorSettings({
-        **values, 'arm': recording.arm, 'align': True, 'effort_model.enabled': False}).predictor()
+    predictor = Predictor(replace(
+        settings, arm=recording.arm, align=True, effort_model=EffortModelSettings(enabled=False)))
     parts: list[list[Any]] = []
     for block in play(recording, predictor):
         estimate = block.estimate
@@ -114,13 +114,12 @@ def observe(recording: Recording, values: dict[str, Any]) -> Motion:
                   dict(predictor.counts))
 
 
-def residual(motion: Motion, values: dict[str, Any]) -> Array:
+def residual(motion: Motion, settings: PredictorSettings) -> Array:
     """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
-    settings = PredictorSettings(values)
-    model = settings.effort_model
+    model = settings.model.effort_model
     presliding = (motion.presliding(model.dahl_length) if model.has_dahl
                   else np.zeros(motion.q.shape))
-    result = settings.predictor().predict(Estimate(
+    result = Predictor(settings).predict(Estimate(
         np.round(motion.time * 1e9).astype(int), motion.q, motion.qd, motion.qdd, motion.effort,
         presliding)).residual
     assert result is not None  # for the effort was measured

@@ -1,11 +1,13 @@
 """Terms of single joints: friction, bias, cables, added inertia, spring at s1."""
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .term import Sample, Term, WORTH
+from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
@@ -36,17 +38,16 @@ class PerJoint(Term):
         self.acts = np.eye(N_JOINTS, dtype=bool)
         self.acts[list(without)] = False
         self.quantities = [(joint, '', unit) for joint in range(N_JOINTS)]
-        self._setting = f'effort_model.{name}'
         self._column = column
 
     def columns(self, sample: Sample, joint: int) -> Array:
         return self._column(sample)[:, joint, None]
 
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
-        values[self._setting] = tuple(self.read(values) + deviation)
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
+        return _with_terms(settings, **{self.name: self.read(settings) + deviation})
 
-    def read(self, values: dict[str, Any]) -> Array:
-        return np.asarray(values[self._setting])
+    def read(self, settings: PredictorSettings) -> Array:
+        return np.array(getattr(settings.effort_model, self.name))
 
 
 class DahlFriction(PerJoint):
@@ -57,9 +58,8 @@ class DahlFriction(PerJoint):
                          0.0, present)
         self.length = length
 
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
-        super().update(values, deviation)
-        values['effort_model.dahl_length'] = self.length
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
+        return _with_terms(super().updated(settings, deviation), dahl_length=self.length)
 
 
 class Spring(Term):
@@ -84,10 +84,14 @@ class Spring(Term):
                    for unit in self._units]
         return np.stack([spring.spring(sample.motion.q)[:, S1] for spring in springs], axis=1)
 
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
-        coefficients = np.asarray(values['effort_model.spring_coefficients'])
-        values['effort_model.spring_coefficients'] = tuple(coefficients + deviation @ self._units)
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
+        coefficients = settings.effort_model.spring_coefficients + deviation @ self._units
+        return _with_terms(settings, spring_coefficients=coefficients)
 
-    def read(self, values: dict[str, Any]) -> Array:
-        coefficients = np.asarray(values['effort_model.spring_coefficients'])
-        return coefficients @ np.linalg.pinv(self._units)
+    def read(self, settings: PredictorSettings) -> Array:
+        return settings.effort_model.spring_coefficients @ np.linalg.pinv(self._units)
+
+
+def _with_terms(settings: PredictorSettings, **terms: Any) -> PredictorSettings:
+    """Return the settings with other terms of the effort model."""
+    return replace(settings, effort_model=replace(settings.effort_model, **terms))

@@ -94,7 +94,7 @@ class Regressor:
 
     def _rows(self, motion: Motion) -> Iterator[tuple[list[Array], Array]]:
         """Yield the columns X_j that act on each joint, and y (n, 7), some rows at a time."""
-        arm, model = self.settings.arm, self.settings.effort_model
+        arm, model = self.settings.model.arm, self.settings.model.effort_model
         lengths = sorted({model.dahl_length, *(term.length for term in self.terms
                                                if isinstance(term, DahlFriction))})
         states = motion.presliding(np.array(lengths)[:, None])
@@ -118,21 +118,22 @@ class Regressor:
 class Problem:
     """Terms and data of a fit, and their normal equations."""
 
-    before: dict[str, Any]  # all settings
+    before: PredictorSettings
     regressor: Regressor
     motions: list[Motion]
     folds: list[NormalEquations]  # one per motion
     whole: NormalEquations  # sums over all motions
 
     @classmethod
-    def of(cls, before: dict[str, Any], regressor: Regressor, motions: list[Motion]) -> 'Problem':
+    def of(cls, before: PredictorSettings, regressor: Regressor,
+           motions: list[Motion]) -> 'Problem':
         """Return the problem with its normal equations."""
         folds = [regressor.normal_equations(motion) for motion in motions]
         return cls(before, regressor, motions, folds, sum(folds[1:], folds[0]))
 
     def about(self, deviation: Array) -> 'Problem':
         """Return the problem linearised about the settings with the deviations (p,)."""
-        settings = PredictorSettings(self.updated(deviation))
+        settings = self.updated(deviation)
         regressor = Regressor(settings, self.regressor.terms, deviation)
         return Problem.of(self.before, regressor, self.motions)
 
@@ -150,18 +151,18 @@ class Problem:
         """Return the terms and their parameters."""
         return list(zip(self.regressor.terms, self.regressor.slices))
 
-    def updated(self, b: Array) -> dict[str, Any]:
+    def updated(self, b: Array) -> PredictorSettings:
         """Return the settings with the deviations b (p,)."""
-        values = dict(self.before)
+        settings = self.before
         for term, where in self.terms:
             if b[where].any():
-                term.update(values, b[where])
-        return values
+                settings = term.updated(settings, b[where])
+        return settings
 
 
-def pose(values: dict[str, Any], terms: list[Term], motions: list[Motion]) -> Problem:
+def pose(settings: PredictorSettings, terms: list[Term], motions: list[Motion]) -> Problem:
     """Return the problem of fitting some terms to some motions."""
-    return Problem.of(values, Regressor(PredictorSettings(values), terms), motions)
+    return Problem.of(settings, Regressor(settings, terms), motions)
 
 
 def solve(normal: NormalEquations, weights: Array, prior: Prior, active: Bools,

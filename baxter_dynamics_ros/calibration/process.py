@@ -39,7 +39,7 @@ class Result(NamedTuple):
 
 
 def write_input(path: Path, names: list[str], stamps_ns: list[int], received_ns: list[int],
-                arrays: tuple[Array, Array, Array], values: dict[str, Any],
+                arrays: tuple[Array, Array, Array], settings: PredictorSettings,
                 inertial: bool = False, payload: bool = False) -> None:
     """
     Write joint states of one arm and the request.
@@ -54,13 +54,14 @@ def write_input(path: Path, names: list[str], stamps_ns: list[int], received_ns:
         Header stamps and times of receipt [ns].
     arrays : tuple of ndarray (n, j)
         Position [rad], velocity [rad/s] and effort [N m]; NaN where missing.
-    values : dict
+    settings : PredictorSettings
         Present settings, from which the calibration starts.
     inertial, payload : bool
         Whether to fit links and payload.
 
     """
-    request = {'names': names, 'values': values, 'inertial': inertial, 'payload': payload}
+    request = {'names': names, 'values': settings.parameters(), 'inertial': inertial,
+               'payload': payload}
     position, velocity, effort = arrays
     np.savez(path, stamp=stamps_ns, received=received_ns, position=position, velocity=velocity,
              effort=effort, request=json.dumps(request))
@@ -98,13 +99,15 @@ def run(path: Path) -> Result:
     with np.load(path) as file:
         contents = {key: file[key] for key in file.files}
     request = json.loads(str(contents['request']))
-    values = PredictorSettings(request['values']).values
-    recording = _Recording(contents, request['names'], values['arm'])
+    settings = PredictorSettings.from_parameters(request['values'])
+    recording = _Recording(contents, request['names'], settings.arm)
     try:
-        found = calibrate([recording], values, request['inertial'], request['payload'])
+        found = calibrate([recording], settings, request['inertial'], request['payload'])
     except BaxterDynamicsError as error:
         return Result(str(error))
-    changed = {name: value for name, value in found.values.items() if value != values[name]}
+    before = settings.parameters()
+    changed = {name: value for name, value in found.after.parameters().items()
+               if value != before[name]}
     return Result(found.summary, found.better, changed, found.rms_before.tolist(),
                   found.rms_after.tolist(), list(found.warnings))
 

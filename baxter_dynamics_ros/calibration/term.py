@@ -3,11 +3,11 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from .fit_data import Motion
+from ..estimation.settings import PredictorSettings
 from ..model.arm import BaxterArm
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
@@ -90,18 +90,18 @@ class Term(ABC):
         """Return the effort of a joint for a unit of each parameter that acts on it, (n, k)."""
 
     @abstractmethod
-    def update(self, values: dict[str, Any], deviation: Array) -> None:
-        """Add the deviations (p,) to the settings."""
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
+        """Return the settings with the deviations (p,)."""
 
     @abstractmethod
-    def read(self, values: dict[str, Any]) -> Array:
+    def read(self, settings: PredictorSettings) -> Array:
         """Return the reported quantities (m,) from the settings."""
 
-    def jacobian(self, values: dict[str, Any]) -> Array:
+    def jacobian(self, settings: PredictorSettings) -> Array:
         """Return the derivative of the quantities by the parameters, (m, p)."""
         return np.eye(len(self.prior))
 
-    def fitted(self, before: dict[str, Any], after: dict[str, Any], covariance: Array,
+    def fitted(self, before: PredictorSettings, after: PredictorSettings, covariance: Array,
                active: Bools) -> list[Fitted]:
         """Return the quantities that the active parameters (p,) change."""
         jacobian = self.jacobian(after)

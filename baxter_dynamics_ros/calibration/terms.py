@@ -30,10 +30,10 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     The spring has its shape fitted, or only a gain. Its constant is part of the bias of s1, unless
     a shape has its own.
     """
-    model = settings.effort_model
+    model, arm = settings.model.effort_model, settings.model.arm
     terms: list[Term] = [
         PerJoint('bias', 'N m', OFFSET, lambda sample: np.ones(sample.motion.q.shape)),
-        Tool(settings.arm),  # first: an unknown load hides friction
+        Tool(arm),  # first: an unknown load hides friction
     ]
     if shape or model.has_spring:
         terms.append(Spring(model, shape, constant))
@@ -47,10 +47,10 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
         PerJoint('added_inertia', 'kg m^2', np.full(N_JOINTS, _INERTIA),
                  lambda sample: sample.motion.qdd, worth=WORTH_OF_ODD),
     ]
-    if settings.arm.gravity_vector[2]:
+    if arm.gravity_vector[2]:
         terms.append(Tilt())
     return [
-        *terms, Links(settings.arm),
+        *terms, Links(arm),
         # Last, because stiffness over a small range can imitate other terms; s1 has the spring.
         PerJoint('stiffness', 'N m/rad', TORQUE, lambda sample: sample.motion.q, without=(S1,),
                  worth=WORTH_OF_ODD),

@@ -61,18 +61,18 @@ def main(args: argparse.Namespace) -> int:
     path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
                        inputs)
     report = output_file('--output', path.with_suffix('.html'), ('.html',), args.force, inputs)
-    values, recordings = read_inputs(args)
+    settings, recordings = read_inputs(args)
     with ExitStack() as stack:
         for recording in recordings:
             stack.enter_context(recording)
         with progress() as update:
-            result = calibrate(recordings, values, args.inertial, args.payload, args.only,
+            result = calibrate(recordings, settings, args.inertial, args.payload, args.only,
                                lambda text: update(0.0, text))
     for recording in recordings:
         for remark in recording.remarks:
             say(f'warning: {recording.name}: {remark}')
     comments = _comments(result, args.command_line)
-    write_parameters(path, result.values, comments)
+    write_parameters(path, result.after, comments)
     _print(result)
     say(f'parameters: {path}')
     write_calibration(report, result, args.command_line, path.name)

@@ -76,12 +76,12 @@ class Comparison:
 def _first_difference(messages: list[JointState], side: str) -> tuple[Indices, Array]:
     """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
     selector = JointSelector(side)
-    settings = PredictorSettings({'arm': side})
+    model = PredictorSettings(arm=side).model
     readings = ((stamp_ns(message.header), selector.read(message.name, *map(from_field, (
         message.position, message.velocity, message.effort)))) for message in messages)
     stamps, q, qd, effort = (np.array(column) for column in zip(*(
         (stamp, *reading) for stamp, reading in readings if isinstance(reading, tuple))))
     qdd = np.diff(qd, axis=0) / (np.diff(stamps) * 1e-9)[:, None]
     q, qd = q[1:], qd[1:]
-    tau = settings.arm.inverse_dynamics(q, qd, qdd)
-    return stamps[1:], effort[1:] - settings.effort_model.effort(tau, q, qd, qdd)
+    tau = model.arm.inverse_dynamics(q, qd, qdd)
+    return stamps[1:], effort[1:] - model.effort_model.effort(tau, q, qd, qdd)

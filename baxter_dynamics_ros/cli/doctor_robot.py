@@ -153,8 +153,8 @@ def _effort(side: str, q: Array, effort: Array) -> Check:
     if not effort.any():
         return Check(name, False, 'zero at all joints', 'a simulator? Its effort is not measured; '
                      'on a robot, restart it')
-    settings = PredictorSettings({'arm': side})
-    static = settings.effort_model.effort(settings.arm.gravity(q), q, 0.0 * q, 0.0 * q)
+    model = PredictorSettings(arm=side).model
+    static = model.effort_model.effort(model.arm.gravity(q), q, 0.0 * q, 0.0 * q)
     others = np.arange(len(joint_names(side))) != S1  # which may have an offset
     if (effort * static)[:, others].sum() < 0.0:
         return Check(name, False, 'has the opposite sign of the torque that holds the arm',

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from .options import add_force, add_recordings, read_inputs
 from .paths import output_folder
 from .terminal import progress, say, show_table
-from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 
@@ -44,11 +43,11 @@ def main(args: argparse.Namespace) -> int:
     folder = output_folder('--output', args.output, args.force, [*args.bags, *args.params])
     if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
-    values, recordings = read_inputs(args)
+    settings, recordings = read_inputs(args)
     if args.save_bag and len(recordings) > 1:
         raise BaxterDynamicsError(
             f'--save-bag: expected one recording, got {len(recordings)}')
-    evaluator, evaluations = Evaluator(values), []
+    evaluator, evaluations = Evaluator(settings), []
     with ExitStack() as stack:
         writer = None
         if args.save_bag:
@@ -61,8 +60,8 @@ def main(args: argparse.Namespace) -> int:
                 evaluations.append(replace(
                     evaluation, notices=(*remarks, *evaluation.notices)))
                 if writer is not None:
-                    settings = PredictorSettings({**values, 'arm': recording.arm})
-                    save_predictions(recording, settings, writer, args.node)
+                    save_predictions(
+                        recording, replace(settings, arm=recording.arm), writer, args.node)
         # Within, so that there is no new bag without a report.
         total: Total | Evaluation = evaluations[0]
         if len(evaluations) > 1:

@@ -19,12 +19,12 @@ from ..model.exceptions import BaxterDynamicsError
 
 Exporter = Callable[[PredictorSettings, str], dict[str, str]]
 LANGUAGES: dict[str, Exporter] = {
-    'c': lambda settings, command: c.files(settings.arm, command),
-    'python': lambda settings, command: python.files(settings.arm, command),
-    'matlab': lambda settings, command: matlab.files(settings.arm, command),
-    'latex': lambda settings, command: latex.files(settings.arm, command),
-    'urdf': lambda settings, command: urdf.files(settings.arm, command, settings.values['arm'],
-                                                 settings.effort_model),
+    'c': lambda settings, command: c.files(settings.model.arm, command),
+    'python': lambda settings, command: python.files(settings.model.arm, command),
+    'matlab': lambda settings, command: matlab.files(settings.model.arm, command),
+    'latex': lambda settings, command: latex.files(settings.model.arm, command),
+    'urdf': lambda settings, command: urdf.files(settings.model.arm, command, settings.arm,
+                                                 settings.model.effort_model),
 }
 DESCRIPTION = (
     'Write the dynamics of the arm in another language, as standalone files that describe their '
@@ -52,9 +52,9 @@ def main(args: argparse.Namespace) -> int:
         raise BaxterDynamicsError('expected either a language or --base-parameters')
     if args.base_parameters and args.output is not None:
         raise BaxterDynamicsError('--base-parameters prints a table and takes no --output')
-    settings = PredictorSettings(read_settings(args))
+    settings = PredictorSettings.from_parameters(read_settings(args))
     if args.base_parameters:
-        write(base_table(settings.arm) + '\n')
+        write(base_table(settings.model.arm) + '\n')
         return 0
     texts = LANGUAGES[args.language](settings, _command(args.command_line))
     folder, files = _placed(texts, args.output or f'baxter_dynamics_{args.language}')

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from .terminal import say
+from ..estimation.settings import PredictorSettings
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import SIDES
 
@@ -78,7 +79,7 @@ def add_force(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--force', action='store_true', help='replace existing output')
 
 
-def read_inputs(args: argparse.Namespace) -> 'tuple[dict[str, Any], Recordings]':
+def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, Recordings]':
     """Return the settings and the recordings named by the options of add_recordings."""
     from ..recordings.reader import open_recordings
     values = read_settings(args)
@@ -89,11 +90,11 @@ def read_inputs(args: argparse.Namespace) -> 'tuple[dict[str, Any], Recordings]'
                                  args.arm or values.get('arm'))
     if not recordings:
         raise BaxterDynamicsError(f'{", ".join(map(str, args.bags))}: no recordings')
-    return values, recordings
+    return PredictorSettings.from_parameters(values), recordings
 
 
 def read_settings(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the settings in the parameter files named by the options of add_parameters."""
+    """Return the parameters in the files named by the options of add_parameters."""
     if not args.params:
         return {}
     from ..recordings.parameter_file import read_parameters

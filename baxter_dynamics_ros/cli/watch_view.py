@@ -9,7 +9,7 @@ from rich.text import Text
 
 from .monitor import Predictor
 from .terminal import printable
-from ..estimation.contact import LIMIT
+from ..estimation.settings import ContactSettings
 from ..model.joints import JOINTS
 
 BAR = 10  # characters on either side of zero
@@ -81,7 +81,7 @@ def _joint_table(predictor: Predictor, now: float) -> Table:
     externals = external[1] if external else [math.nan] * len(JOINTS)
     touched = predictor.contact_joints(now)
     for joint, measured, predicted, residual, limit, force in zip(
-            JOINTS, *predictor.instant(now), LIMIT, externals):
+            JOINTS, *predictor.instant(now), ContactSettings.limit, externals):
         style = 'bold red' if abs(residual) > limit else ''
         table.add_row(joint, number(measured), number(predicted), Text(number(residual), style),
                       Text(bar(residual, limit), style or 'cyan'), f'±{limit:g}', number(force),

@@ -1,22 +1,23 @@
-"""Arm model as functions of validated arrays, for the stream handler."""
+"""Model of an arm, as the predictor uses it."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
+from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.effort import EffortModel
+from ..model.joints import N_JOINTS
 
 
 class ArmModel(NamedTuple):
-    """Functions of one validated state; those with shapes (..., 7) also accept a batch."""
+    """Rigid-body model and effort model of an arm; methods take validated arrays."""
 
+    arm: BaxterArm  # in the robot's base frame
+    effort_model: EffortModel  # from tau to measured effort
     # (q, qd, qdd), (..., 7) each -> tau (..., 7) [N m].
     inverse_dynamics: Callable[[Array, Array, Array], Array]
-    # (q, qd), (7,) each -> M qd [N m s], C^T qd and G [N m], (7,) each.
-    links_momentum: Callable[[Array, Array], tuple[Array, Array, Array]]
-    # q (7,) -> Jacobian of the hand in the base frame (6, 7).
-    jacobian: Callable[[Array], Array]
-    effort_model: EffortModel  # from tau to measured effort
 
     def momentum_terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
         """
@@ -25,5 +26,13 @@ class ArmModel(NamedTuple):
         The momentum includes the added inertia of the effort model: its contribution to the effort
         is the time derivative of its contribution to the momentum.
         """
-        momentum, coriolis, gravity = self.links_momentum(q, qd)
+        momentum, coriolis, gravity = self.arm.momentum_terms(q, qd)
         return momentum + self.effort_model.added_inertia * qd, coriolis, gravity
+
+    def warm_up(self) -> None:
+        """Call each function once, so that lazy imports do not delay the first message."""
+        q, qd, qdd = np.zeros((3, N_JOINTS))
+        self.inverse_dynamics(q, qd, qdd)
+        self.momentum_terms(q, qd)
+        self.arm.gravity(q)
+        self.arm.terms(q, qd)

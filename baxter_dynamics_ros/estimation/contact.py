@@ -9,24 +9,13 @@ and loses its weight within 2.5 s as the arm moves on: from then on the external
 must exceed the error of an uncalibrated model, or the contact is attributed to the model.
 """
 
-from collections.abc import Sequence
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 
-from .observer import GAIN
+from .settings import ContactSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
-
-# Minimum thresholds, joint order s0 ... w2 [N m]; they apply where k sigma is smaller, as at rest.
-FLOOR = (2.5, 1.0, 1.0, 0.6, 0.25, 0.4, 0.3)
-# Largest error of an uncalibrated model on recordings of two robots [N m].
-LIMIT = (4.0, 5.0, 4.0, 2.5, 1.2, 1.5, 0.8)
-SIGMAS = 3.6
-SAMPLES = 2
-HYSTERESIS = 0.7
-MEMORY = 30.0  # [s]
-SETTLING = log(100.0) / GAIN  # [s]
 
 # The robot averages its velocity over 6 ms, so samples closer than this are not independent.
 _SPAN = 0.008  # [s]
@@ -46,19 +35,10 @@ class ContactDetector:
 
     Parameters
     ----------
-    floor : array_like (7,)
-        Minimum threshold [N m].
-    sigmas : float
-        k: threshold in standard deviations of the free-motion residual.
-    samples : int
-        Consecutive samples above the threshold before contact is reported; they must span 8 ms.
-        Where samples are further apart than that, one above 1.25 thresholds is enough.
-    hysteresis : float
-        Fraction of the threshold below which a joint has returned.
-    limit : array_like (7,)
-        Largest model error [N m]: upper bound of the bias and of k sigma.
-    memory : float
-        Time constant for learning sigma [s].
+    settings : ContactSettings
+        Thresholds: floor, k ('sigmas') and limit, the upper bound of bias and k sigma. The
+        'samples' above the threshold must span 8 ms; where samples are further apart than that,
+        one above 1.25 thresholds is enough.
     settling : float
         Settling time of the observer after a reset or restart [s]: no detection, no learning.
 
@@ -81,27 +61,24 @@ class ContactDetector:
     _back: float  # time for which all joints have returned [s]
     _explained: float  # time for which model error has explained the contact [s]
 
-    def __init__(self, floor: Sequence[float] = FLOOR, sigmas: float = SIGMAS,
-                 samples: int = SAMPLES, hysteresis: float = HYSTERESIS,
-                 limit: Sequence[float] = LIMIT, memory: float = MEMORY,
-                 settling: float = SETTLING) -> None:
+    def __init__(self, settings: ContactSettings, settling: float) -> None:
         self._variance: list[float] = []  # of the deviation from the bias in free motion [N^2 m^2]
-        self.configure(floor, sigmas, samples, hysteresis, limit, memory, settling)
+        self.configure(settings, settling)
         self.reset()
 
-    def configure(self, floor: Sequence[float], sigmas: float, samples: int, hysteresis: float,
-                  limit: Sequence[float], memory: float, settling: float) -> None:
+    def configure(self, settings: ContactSettings, settling: float) -> None:
         """Change the settings; contact and everything learned stay."""
         # Read for every sample: lists are faster than arrays of seven.
-        self._floor = [float(x) for x in floor]
-        self._limit = [max(x, float(y)) for x, y in zip(self._floor, limit)]
-        self._sigmas = sigmas
-        self._samples = samples
-        self._hysteresis = hysteresis
-        self._memory = memory
+        self._floor = list(settings.floor)
+        self._limit = list(map(max, settings.floor, settings.limit))
+        self._sigmas = settings.sigmas
+        self._samples = settings.samples
+        self._hysteresis = settings.hysteresis
+        self._memory = settings.memory
         self._settling = settling
-        self._threshold = [min(max(sigmas * sqrt(square), floor), limit) for square, floor, limit
-                           in zip(self._variance, self._floor, self._limit)]
+        self._threshold = [
+            min(max(self._sigmas * sqrt(square), floor), limit)
+            for square, floor, limit in zip(self._variance, self._floor, self._limit)]
 
     def rebase(self, change: Array) -> None:
         """

@@ -1,6 +1,6 @@
 """External joint torque, contact, and the wrench at the hand."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from .contact import ContactDetector
 from .continuity import GAP
 from .motion_estimator import MotionEstimate
 from .observer import MomentumObserver
+from .settings import PredictorSettings
 from .wrench import hand_wrench, HandWrench
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
@@ -40,12 +41,8 @@ class ExternalEffort:
 
     Parameters
     ----------
-    model : ArmModel
-        Momentum, hand Jacobian and effort model of the arm.
-    gain : float
-        Gain of the :class:`.MomentumObserver` [1/s].
-    **contact
-        Settings of the :class:`.ContactDetector`.
+    settings : PredictorSettings
+        Settings of the arm.
 
     Attributes
     ----------
@@ -54,11 +51,11 @@ class ExternalEffort:
 
     """
 
-    def __init__(self, model: ArmModel, gain: float, **contact: Any) -> None:
-        self._observer = MomentumObserver(gain)
-        self.detector = ContactDetector(settling=self._observer.settling_time, **contact)
-        self._model = model
-        self._presliding = Presliding(model.effort_model.dahl_length)
+    def __init__(self, settings: PredictorSettings) -> None:
+        self._observer = MomentumObserver(settings.external_effort.gain)
+        self.detector = ContactDetector(settings.contact, self._observer.settling_time)
+        self._model = settings.model
+        self._presliding = Presliding(self._model.effort_model.dahl_length)
         self._rate = 0.0  # sample rate [Hz]; zero while unknown
         # Time since the stream began [s], q, qd and measured effort of the newest estimate.
         self._last: tuple[float, Array, Array, Array] | None = None
@@ -79,7 +76,12 @@ class ExternalEffort:
         self._presliding.reset()
         self.detector.restart()
 
-    def configure(self, model: ArmModel) -> None:
+    def configure(self, settings: PredictorSettings) -> None:
+        """Change the settings in mid-stream."""
+        self._observer.gain = settings.external_effort.gain
+        self.detector.configure(settings.contact, self._observer.settling_time)
+
+    def change_model(self, model: ArmModel) -> None:
         """Change the model in mid-stream; the external torque and its bias step accordingly."""
         before, self._model = self._model, model
         if not before.effort_model.has_dahl:
@@ -90,11 +92,6 @@ class ExternalEffort:
                 self._balance(each, *self._last[1:]) for each in (before, model))
             self._observer.rebase(momentum - old_momentum, old_rate - rate)
             self.detector.rebase(old_rate - rate)
-
-    def tune(self, gain: float, **contact: Any) -> None:
-        """Change the observer's gain and the detector's settings in mid-stream."""
-        self._observer.gain = gain
-        self.detector.configure(settling=self._observer.settling_time, **contact)
 
     def update(self, stamp_ns: int, dt: float, motion: MotionEstimate) -> 'External | None':
         """
@@ -141,7 +138,7 @@ class ExternalEffort:
 
     def wrench(self, external: External) -> 'HandWrench | None':
         """Return the hand wrench that best explains tau_ext, or None near a singularity."""
-        return hand_wrench(self._model.jacobian(external.q), external.effort)
+        return hand_wrench(self._model.arm.jacobian(external.q), external.effort)
 
     def _balance(self, model: ArmModel, q: Array, qd: Array,
                  measured: Array) -> tuple[Array, Array]:

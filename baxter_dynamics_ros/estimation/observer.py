@@ -11,8 +11,6 @@ import numpy as np
 
 from ..model.arrays import Array
 
-GAIN = 10.0  # [1/s]
-
 
 class MomentumObserver:
     r"""
@@ -35,7 +33,7 @@ class MomentumObserver:
 
     """
 
-    def __init__(self, gain: float = GAIN) -> None:
+    def __init__(self, gain: float) -> None:
         self.gain = gain
         self.reset()
 

@@ -9,6 +9,7 @@ from .arm_model import ArmModel
 from .events import Event
 from .external import External, ExternalEffort
 from .motion_estimator import AcceleratedMotion, MotionEstimator
+from .settings import PredictorSettings
 from .stream import State, Stream
 from ..model.arrays import Array
 from ..model.presliding import Presliding
@@ -75,40 +76,59 @@ class Predictor:
 
     Parameters
     ----------
-    stream : Stream
-        Validates joint states and extracts the samples of the arm.
-    model : ArmModel
-        Inverse dynamics, momentum and effort model.
-    estimator : MotionEstimator
-        Estimates accelerations and aligns all signals in time.
-    external : ExternalEffort, optional
-        Estimates the external torque; omitted by default.
+    settings : PredictorSettings
+        Settings of the arm.
+    external : bool
+        Whether to estimate the external torque.
 
     Attributes
     ----------
+    settings : PredictorSettings
+        Settings in use.
+    stream : Stream
+        Validates joint states and extracts the samples of the arm.
+    estimator : MotionEstimator
+        Estimates accelerations and aligns all signals in time.
+    external : ExternalEffort or None
+        Estimates the external torque.
     counts : Counter
         Counts of the stream (each :class:`Event`, 'received', 'taken'), plus 'predicted' and
         'external': messages with an estimate and with an external torque.
 
     """
 
-    def __init__(self, stream: Stream, model: ArmModel, estimator: MotionEstimator,
-                 external: ExternalEffort | None = None) -> None:
-        self.stream = stream
-        self.counts = stream.counts
-        self.model = model
-        self.estimator = estimator
-        self.external = external
-        self._presliding = Presliding(model.effort_model.dahl_length)
+    def __init__(self, settings: PredictorSettings, external: bool = False) -> None:
+        self.settings = settings
+        self.stream = Stream(settings.arm, settings.stamps, settings.joint_prefix)
+        self.counts = self.stream.counts
+        self.model = settings.model
+        self.estimator = MotionEstimator(align=settings.align, **vars(settings.acceleration))
+        self.external = ExternalEffort(settings) if external else None
+        self._presliding = Presliding(self.model.effort_model.dahl_length)
 
-    def configure(self, model: ArmModel) -> None:
-        """Change the model in mid-stream, from the next message on."""
+    def configure(self, settings: PredictorSettings) -> None:
+        """Change the settings in mid-stream, from the next message on; the arm stays."""
+        before, self.settings = self.settings, settings
+
+        def changed(*names: str) -> bool:
+            return any(getattr(settings, name) != getattr(before, name) for name in names)
+
+        if changed('method', 'effort_model', 'gravity', 'base', 'payload', 'links'):
+            self._change_model(settings.model)
+        if changed('align', 'acceleration'):
+            self.estimator.configure(align=settings.align, **vars(settings.acceleration))
+        if changed('stamps'):
+            self.stream.reset(settings.stamps)
+        if self.external is not None and changed('external_effort', 'contact'):
+            self.external.configure(settings)
+
+    def _change_model(self, model: ArmModel) -> None:
         if not self.model.effort_model.has_dahl:
             self._presliding.reset()  # its state was not updated
         self.model = model
         self._presliding.length = model.effort_model.dahl_length
         if self.external is not None:
-            self.external.configure(model)
+            self.external.change_model(model)
 
     def reset(self) -> None:
         """Forget the stream and everything learned about free motion; the counts stay."""

@@ -2,10 +2,7 @@
 
 from math import sqrt
 
-from .stamp_evidence import ARRIVAL, HEADER, RECEIPT, SHORT_STEP, StampEvidence
-
-AUTO = 'auto'
-MODES = (AUTO, HEADER, ARRIVAL, RECEIPT)
+from .stamp_evidence import AUTO, HEADER, RECEIPT, SHORT_STEP, StampEvidence
 
 MEMORY = 2.0  # time constant of the line's phase [s]
 LOCKING = 1.0  # minimum time before the line is used [s]
@@ -97,9 +94,9 @@ class Retiming:
     Parameters
     ----------
     mode : str
-        One of :data:`MODES`. 'header': header stamps. 'arrival': header stamps, re-timed because
-        they are times of arrival. 'receipt': re-timed times of receipt. 'auto': selected by
-        :class:`.stamp_evidence.StampEvidence`, starting with 'header'.
+        One of :data:`.stamp_evidence.MODES`. 'header': header stamps. 'arrival': header stamps,
+        re-timed because they are times of arrival. 'receipt': re-timed times of receipt. 'auto':
+        selected by :class:`.stamp_evidence.StampEvidence`, starting with 'header'.
 
     Attributes
     ----------

@@ -3,6 +3,8 @@
 from collections import deque
 
 HEADER, ARRIVAL, RECEIPT = 'header', 'arrival', 'receipt'  # sources of stamps
+AUTO = 'auto'
+MODES = (AUTO, HEADER, ARRIVAL, RECEIPT)
 
 # The robot publishes at 800 Hz or less. New data with a smaller step between stamps were stamped
 # on arrival, or by a clock that stands still.

@@ -40,7 +40,7 @@ class Stream:
     side : str
         'right' or 'left'.
     stamps : str
-        Source of stamps: one of :data:`.retiming.MODES`.
+        Source of stamps: one of :data:`.stamp_evidence.MODES`.
     prefix : str
         Prefix of the joint names in the messages.
 

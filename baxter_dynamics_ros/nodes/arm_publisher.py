@@ -15,7 +15,7 @@ from .messages import joint_state, set_stamp, set_vector, to_field
 from .period import PeriodStatistics
 from .services import DynamicsServices, RecentSteps
 from ..estimation.external import External, ExternalEffort
-from ..estimation.predictor import Prediction
+from ..estimation.predictor import Prediction, Predictor
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 
@@ -39,8 +39,6 @@ class Arm:
         Handler of the joint states.
     external : ExternalEffort
         Estimator of the external torque, part of the predictor.
-    settings : PredictorSettings
-        Settings in use.
     statistics : PeriodStatistics
         Counts and sums since the last diagnostics.
     recent : RecentSteps
@@ -49,8 +47,7 @@ class Arm:
     """
 
     def __init__(self, node: Node, settings: PredictorSettings) -> None:
-        self.settings = settings
-        self.predictor = settings.predictor(external=True)
+        self.predictor = Predictor(settings, external=True)
         self.external = cast(ExternalEffort, self.predictor.external)  # not None
         self.statistics = PeriodStatistics()
         self.recent = RecentSteps()
@@ -64,7 +61,7 @@ class Arm:
         self._joint_state = joint_state(self.predictor.stream.selector.names, 0)
         self._wrench_stamped = WrenchStamped()
         for message in (self._joint_state, self._wrench_stamped):
-            message.header.frame_id = settings.values['frame_id']
+            message.header.frame_id = settings.frame_id
         self._bool = Bool()
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
@@ -84,18 +81,17 @@ class Arm:
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the settings in mid-stream."""
-        settings.configure(self.predictor, self.settings)
-        self.settings = settings
+        self.predictor.configure(settings)
 
     def offer_services(self, gravity_torques: type[Any], inverse_dynamics: type[Any]) -> None:
         """Offer the services of these types."""
         services = DynamicsServices(self.predictor, self.recent)
         self._node.create_service(
             gravity_torques, topics.below_node(topics.GRAVITY_TORQUES),
-            lambda request, response: services.gravity_torques(self.settings, request, response))
+            lambda request, response: services.gravity_torques(request, response))
         self._node.create_service(
             inverse_dynamics, topics.below_node(topics.INVERSE_DYNAMICS),
-            lambda request, response: services.inverse_dynamics(self.settings, request, response))
+            lambda request, response: services.inverse_dynamics(request, response))
 
     def _publish_prediction(self, prediction: Prediction) -> None:
         self.statistics.add(prediction.residual)

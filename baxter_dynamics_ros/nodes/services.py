@@ -9,10 +9,10 @@ import numpy as np
 from sensor_msgs.msg import JointState
 
 from .messages import from_field, joint_state, stamp_ns, to_field
+from ..estimation.arm_model import ArmModel
 from ..estimation.events import Event, REMEDIES
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor, Step
-from ..estimation.settings import PredictorSettings
 from ..estimation.stream import State
 from ..model.arrays import Array, Indices
 from ..model.exceptions import ArgumentError
@@ -86,22 +86,22 @@ class DynamicsServices:
         self._predictor = predictor
         self._recent = recent
 
-    def gravity_torques(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
+    def gravity_torques(self, request: Any, response: Any) -> Any:
         """Handle a request of ``GravityTorques``."""
         try:
             q, stamp, origin = self._position(request.state)
         except ArgumentError as error:
             response.success, response.message = False, str(error)
             return response
-        gravity = settings.arm.gravity(q)
-        holding = settings.effort_model.effort(gravity, q, *np.zeros((2, N_JOINTS)))
+        gravity = self._predictor.model.arm.gravity(q)
+        holding = self._predictor.model.effort_model.effort(gravity, q, *np.zeros((2, N_JOINTS)))
         response.success = True
-        response.message = f'gravity torques at {origin}' + _remark(settings, q)
+        response.message = f'gravity torques at {origin}' + _remark(self._predictor.model, q)
         response.gravity = joint_state(self._names, stamp, position=q, effort=gravity)
         response.actuator_effort = to_field(holding)
         return response
 
-    def inverse_dynamics(self, settings: PredictorSettings, request: Any, response: Any) -> Any:
+    def inverse_dynamics(self, request: Any, response: Any) -> Any:
         """Handle a request of ``InverseDynamics``."""
         try:
             q, qd, qdd, presliding, stamp, origin = self._motion(
@@ -109,17 +109,17 @@ class DynamicsServices:
         except ArgumentError as error:
             response.success, response.message = False, str(error)
             return response
-        mass, coriolis, gravity = settings.arm.terms(q, qd)
+        mass, coriolis, gravity = self._predictor.model.arm.terms(q, qd)
         inertial, velocity = mass @ qdd, coriolis @ qd
         tau = inertial + velocity + gravity
         response.success = True
-        response.message = f'inverse dynamics at {origin}' + _remark(settings, q)
+        response.message = f'inverse dynamics at {origin}' + _remark(self._predictor.model, q)
         response.torque = joint_state(self._names, stamp, q, qd, tau)
         response.inertial = to_field(inertial)
         response.coriolis = to_field(velocity)
         response.gravity = to_field(gravity)
         response.actuator_effort = to_field(
-            settings.effort_model.effort(tau, q, qd, qdd, presliding))
+            self._predictor.model.effort_model.effort(tau, q, qd, qdd, presliding))
         response.mass_matrix = mass.ravel()
         response.coriolis_matrix = coriolis.ravel()
         return response
@@ -200,8 +200,8 @@ class DynamicsServices:
         return latest
 
 
-def _remark(settings: PredictorSettings, q: Array) -> str:
-    held = settings.effort_model.spring_is_held(q)
+def _remark(model: ArmModel, q: Array) -> str:
+    held = model.effort_model.spring_is_held(q)
     return f'; {REMEDIES[Event.SPRING_HELD]}' if held else ''
 
 

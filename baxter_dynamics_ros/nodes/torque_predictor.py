@@ -56,7 +56,9 @@ class TorquePredictor(ParameterNode):
 
     def build(self, values: dict[str, Any]) -> PredictorSettings:
         """Return the predictor's settings."""
-        return PredictorSettings(values).warm_up()
+        settings = PredictorSettings.from_parameters(values)
+        settings.model.warm_up()
+        return settings
 
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .velocity_lag import segments
-from ..estimation.contact import LIMIT
+from ..estimation.settings import ContactSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER
 
@@ -54,7 +54,8 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
     for joint in range(N_JOINTS):
         signal = residual[:, joint] - np.median(residual[:, joint]) if len(time) else time
         for part in segments(time):
-            for start, end in _intervals(time[part], np.abs(signal[part]), LIMIT[joint]):
+            limit = ContactSettings.limit[joint]
+            for start, end in _intervals(time[part], np.abs(signal[part]), limit):
                 rows = slice(part.start + start, part.start + end)
                 peak = signal[rows][int(np.abs(signal[rows]).argmax())]
                 middle = float(np.median(q[rows, joint]))

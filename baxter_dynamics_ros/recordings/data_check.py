@@ -130,7 +130,7 @@ class _Data(NamedTuple):
 
 def _predicted(settings: PredictorSettings, q: Array, qd: Array,
                qdd: Array) -> tuple[Array, Array, Array, Array]:
-    arm, model = settings.arm, settings.effort_model
+    arm, model = settings.model.arm, settings.model.effort_model
     gravity = arm.gravity(q)
     tau = arm.inverse_dynamics(q, qd, qdd)
     spring = (model if model.has_spring else EffortModel()).spring(q)
@@ -269,7 +269,7 @@ def _scale(data: _Data, check: DataCheck) -> Iterator[Notice]:
 
 def _springs(data: _Data, check: DataCheck) -> Iterator[Notice]:
     value = check.spring.value[S1] if check.spring.known[S1] else np.nan
-    has_spring = data.settings.effort_model.has_spring
+    has_spring = data.settings.model.effort_model.has_spring
     if has_spring and value < 0.4:
         yield Notice('no_springs', f"measured effort of s1 has {value:.2f} of the springs' "
                      'torque, instead of 1: simulators have no springs; use simulation.yaml',

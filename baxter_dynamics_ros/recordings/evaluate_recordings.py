@@ -1,6 +1,7 @@
 """Evaluation of recordings: errors of both methods and of three acceleration estimators."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from .playback import Block, play, Recording
 from .running import RunningErrors, RunningSquares
 from .stamp_statistics import StampClock, StampStatistics
 from ..estimation.events import Event, REMEDIES
+from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..newton_euler import NewtonEuler
@@ -30,26 +32,20 @@ class Evaluator:
 
     Parameters
     ----------
-    values : dict
-        Settings of the predictor by parameter name; the arm is that of each recording.
-
-    Raises
-    ------
-    ArgumentError
-        If a setting is invalid.
+    settings : PredictorSettings
+        Settings of the predictor; the arm is that of each recording.
 
     """
 
-    def __init__(self, values: dict[str, Any]) -> None:
-        self._values = {**values, 'method': 'lagrange_euler'}
-        PredictorSettings(self._values)  # raises before work begins
+    def __init__(self, settings: PredictorSettings) -> None:
+        self._settings = replace(settings, method='lagrange_euler')
         self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
         self._shares = RunningSquares()
 
     def evaluate(self, recording: Recording,
                  progress: Callable[[int], object] = lambda received: None) -> Evaluation:
         """Evaluate an open recording; call progress with the number of messages read so far."""
-        run = _Run(PredictorSettings({**self._values, 'arm': recording.arm}))
+        run = _Run(replace(self._settings, arm=recording.arm))
         for block in play(recording, run.predictor):
             run.add(block)
             progress(run.predictor.counts['received'])
@@ -69,8 +65,8 @@ class _Run:
 
     def __init__(self, settings: PredictorSettings) -> None:
         self.settings = settings
-        self.predictor = settings.predictor()
-        self.newton_euler = NewtonEuler(settings.arm)
+        self.predictor = Predictor(settings)
+        self.newton_euler = NewtonEuler(settings.model.arm)
         self.errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
         self.shares = RunningSquares()
         self.bands = RunningBands(['measured', *METHODS,
@@ -81,7 +77,7 @@ class _Run:
 
     def add(self, block: Block) -> None:
         """Add a block of estimates."""
-        estimate, model = block.estimate, self.settings.effort_model
+        estimate, model = block.estimate, self.settings.model.effort_model
         prediction = self.predictor.predict(estimate)
         q, qd, qdd, z = estimate.q, estimate.qd, estimate.qdd, estimate.presliding
         measured = estimate.measured
@@ -96,7 +92,7 @@ class _Run:
                    'newton_euler': model.effort(tau, q, qd, qdd, z)}
         live = model.effort(live, block.q, block.qd, qdd, z)
         difference = model.effort(difference, block.q, block.qd, block.first_difference, z)
-        aligned = prediction.effort if self.settings.values['align'] else np.full_like(q, np.nan)
+        aligned = prediction.effort if self.settings.align else np.full_like(q, np.nan)
         pairs = {**{name: (measured, effort) for name, effort in efforts.items()},
                  'first_difference': (block.effort, difference),
                  'butterworth_live': (block.effort, live),

@@ -65,21 +65,21 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
         raise ParameterFileError(f'{names}: {error}') from None
 
 
-def write_parameters(path: str | Path, values: dict[str, Any],
+def write_parameters(path: str | Path, settings: PredictorSettings,
                      comments: Iterable[str] = ()) -> None:
     """
     Write the arm and the settings that differ from their defaults to a parameter file.
 
-    The values hold all settings; the comments are lines at the top.
+    The comments are lines at the top.
     """
     tree: dict[str, Any] = {}
-    for name, default in DEFAULTS.items():
-        if name == 'arm' or values[name] != default:
+    for name, value in settings.parameters().items():
+        if name == 'arm' or value != DEFAULTS[name]:
             *groups, leaf = name.split('.')
             place = tree
             for group in groups:
                 place = place.setdefault(group, {})
-            place[leaf] = _plain(values[name])
+            place[leaf] = _plain(value)
     head = ''.join(f'# {_printable(line)}'.rstrip() + '\n' for line in comments)
     body = yaml.safe_dump({'/**': {'ros__parameters': tree}}, sort_keys=False, width=95,
                           default_flow_style=None)
@@ -119,7 +119,7 @@ def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str,
     if ignored:
         more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
         warn(f'ignoring {", ".join(ignored[:3])}{more}: not parameters of the predictor')
-    PredictorSettings(values)
+    PredictorSettings.from_parameters(values)
     return values
 
 

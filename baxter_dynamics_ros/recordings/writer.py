@@ -14,6 +14,7 @@ from rosbags.typesys import get_typestore, Stores
 
 from .diagnosis import BagError
 from .playback import Recording
+from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
 from ..model.arrays import ArrayLike
@@ -95,7 +96,7 @@ class BagWriter:
 def save_predictions(recording: Recording, settings: PredictorSettings, writer: BagWriter,
                      node: str) -> None:
     """Write predicted effort, residual and external effort as a node would publish them."""
-    predictor = settings.predictor(external=True)
+    predictor = Predictor(settings, external=True)
     names = joint_names(recording.arm)
     for stamp_ns, joints, position, velocity, effort, received_ns in recording:
         step = predictor.handle(stamp_ns, joints, position, velocity, effort)

@@ -171,9 +171,10 @@ def _record_next(calibration: Calibration) -> 'Finding | None':
                       'out')
     elif len(calibration.judged) < _FEW:
         wishes.append('more recordings of different motions')
-    lower, upper = calibration.values['effort_model.spring_range']
+    model = calibration.after.effort_model
+    lower, upper = model.spring_range
     low, high = np.clip(calibration.s1_range, lower, upper)
-    if calibration.values['effort_model.enabled'] and not sweeps(low, high, calibration.values):
+    if model.enabled and not sweeps(low, high, model):
         wishes.append(f'a motion that sweeps s1 from {number(lower, 1)} to {number(upper, 1)} '
                       f'rad, for the spring (now {number(low, 2)} to {number(high, 2)})')
     if any(notice.kind in ('unidentifiable', 'still') for notice in calibration.notices):

@@ -9,7 +9,7 @@ from .calibration_tables import (gain_table, links_table, parameters_table, reco
                                  spring_table, steps_table)
 from .calibration_terms import MEANINGS, term_name
 from .gain_figures import gain_picture, steps_picture
-from .model_figures import (effort_model, friction_picture, has_friction, masses_picture,
+from .model_figures import (friction_picture, has_friction, masses_picture,
                             parameters_picture, spring_picture)
 from .page import render
 from .robot_findings import remarks
@@ -74,7 +74,7 @@ def _tables(calibration: Calibration) -> dict[str, Table | None]:
 
 
 def _pictures(calibration: Calibration) -> dict[str, Any]:
-    models = [effort_model(values) for values in (calibration.before, calibration.values)]
+    models = [settings.model.effort_model for settings in (calibration.before, calibration.after)]
     rubs = [i for i in range(N_JOINTS) if any(has_friction(model, i) for model in models)]
     return {
         'gain_picture': gain_picture('gain', calibration),

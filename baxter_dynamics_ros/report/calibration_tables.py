@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .calibration_terms import parameter_name, term_name, unit_name
-from .model_figures import effort_model, spring_effort
+from .model_figures import spring_effort
 from .page import change, decimals, NO_VALUE, number
 from .tables import Column, Table
 from ..calibration.calibration_results import Calibration, Selection
@@ -91,11 +91,11 @@ def links_table(fitted: list[Fitted]) -> Table:
 
 def spring_table(calibration: Calibration) -> Table:
     """Return spring and bias at s1 before and after, at some angles, and where s1 was."""
-    after = effort_model(calibration.values)
+    after = calibration.after.model.effort_model
     lower, upper = after.spring_range
     angle = np.linspace(lower, upper, _ANGLES)
     old, new = (spring_effort(model, angle)
-                for model in (effort_model(calibration.before), after))
+                for model in (calibration.before.model.effort_model, after))
     low, high = calibration.s1_range
     return Table(
         'Spring and bias at s1 [N m]', 's1 [rad]', tuple(number(x, 2) for x in angle),

@@ -13,7 +13,6 @@ from .drawing import FAINT, Picture, place, sheet, styled, svg, zero_line
 from .gain_figures import AFTER, BEFORE
 from ..calibration.calibration_results import Calibration
 from ..calibration.term import Fitted
-from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, S1
@@ -23,11 +22,6 @@ _FASTEST = 1.0  # of the friction's axis [rad/s]
 # A joint swings to and fro over so much, slowly [rad, rad/s].
 _SWING, _SWING_SPEED = 0.1, 0.2
 _SMALLEST = 1e-3  # half of the least height of a panel [N m]
-
-
-def effort_model(values: dict[str, Any]) -> EffortModel:
-    """Return the effort model of a predictor's settings."""
-    return PredictorSettings(values).effort_model
 
 
 def parameters_picture(name: str, calibration: Calibration) -> 'Picture | None':
@@ -43,7 +37,7 @@ def parameters_picture(name: str, calibration: Calibration) -> 'Picture | None':
             fitted = per_joint(calibration, term)
             axis = figure.add_axes(place(
                 figure, 0.62, height - top - panel - i * (panel + gap), panel))
-            values = calibration.values['effort_model.' + term]
+            values = getattr(calibration.after.effort_model, term)
             _dots(axis, fitted, {k: value for k, value in enumerate(values) if k not in fitted})
             unit = unit_name(next(iter(fitted.values())).unit)
             axis.set_title(f'{term_name(term)} [{unit}]', loc='left', pad=4)
@@ -74,7 +68,8 @@ def masses_picture(name: str, calibration: Calibration) -> 'Picture | None':
 
 def spring_picture(name: str, calibration: Calibration) -> 'Picture | None':
     """Draw the spring at s1 with the bias there, and what changed; None where there is none."""
-    before, after = effort_model(calibration.before), effort_model(calibration.values)
+    before = calibration.before.model.effort_model
+    after = calibration.after.model.effort_model
     if not (before.has_spring or after.has_spring):
         return None
     lower, upper = after.spring_range.tolist()
@@ -108,8 +103,8 @@ def spring_picture(name: str, calibration: Calibration) -> 'Picture | None':
 
 def friction_picture(name: str, calibration: Calibration, joint: int) -> Picture:
     """Draw one joint's friction: over the velocity, and while it turns round and back."""
-    models = {'before': effort_model(calibration.before),
-              'after': effort_model(calibration.values)}
+    models = {'before': calibration.before.model.effort_model,
+              'after': calibration.after.model.effort_model}
     with styled():
         figure = sheet(JOINTS[joint], 2.1)
         steady = figure.add_axes(place(figure, 0.62, 0.44, 1.3, right=2.32))

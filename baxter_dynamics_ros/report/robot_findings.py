@@ -1,7 +1,6 @@
 """What a calibration says about the robot, in sentences: lag, tilt, friction, what it carries."""
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from .findings import Finding, percent, torque
 from .page import change, number, plus_minus
 from ..calibration.calibration_results import Calibration
 from ..calibration.joint_terms import GAIN
+from ..estimation.settings import PredictorSettings
 from ..model.joints import JOINTS
 from ..recordings.data_check import USUAL_LAG
 
@@ -21,14 +21,14 @@ def remarks(calibration: Calibration) -> list[Finding]:
     return [finding for finding in found if finding is not None]
 
 
-def tilt(values: dict[str, Any]) -> tuple[float, ...]:
+def tilt(settings: PredictorSettings) -> tuple[float, ...]:
     """Return by how much the base leans: in all, forward and to the left [degrees]."""
-    x, y, z = values['gravity']
+    x, y, z = settings.gravity
     return tuple(math.degrees(math.atan2(part, abs(z))) for part in (math.hypot(x, y), x, y))
 
 
 def _lag(calibration: Calibration) -> Finding:
-    used = 1e3 * calibration.values['acceleration.velocity_lag']
+    used = 1e3 * calibration.after.acceleration.velocity_lag
     lag = calibration.lag
     if lag is None:
         return Finding('Velocity lag', 'Not measured: there is no measured velocity, or no joint '
@@ -54,8 +54,8 @@ def _tilt(calibration: Calibration) -> 'Finding | None':
     fitted = {one.component: one for one in calibration.of_term('tilt')}
     if not fitted:
         return None
-    (before, *_), (total, forward, left) = tilt(calibration.before), tilt(calibration.values)
-    size = math.hypot(*calibration.values['gravity'])
+    (before, *_), (total, forward, left) = tilt(calibration.before), tilt(calibration.after)
+    size = math.hypot(*calibration.after.gravity)
     sigma = [math.degrees(fitted[axis].deviation / size) for axis in 'xy']
     return Finding('Tilt of the base', f'{number(total, 1)}° ({number(before, 1)}° before): '
                    f'{number(abs(forward), 1)} ± {number(sigma[0], 1)}° '
@@ -73,12 +73,12 @@ def _offset(calibration: Calibration) -> 'Finding | None':
 
 
 def _friction(calibration: Calibration) -> 'Finding | None':
-    values = calibration.values
-    slow = np.add(values['effort_model.coulomb'], values['effort_model.dahl'])
-    if not slow.any() or not calibration.values['effort_model.enabled']:
+    model = calibration.after.effort_model
+    slow = np.add(model.coulomb, model.dahl)
+    if not slow.any() or not model.enabled:
         return None
     most = int(slow.argmax())
-    memory = values['effort_model.dahl'][most] / slow[most]
+    memory = model.dahl[most] / slow[most]
     return Finding('Friction', f'{JOINTS[most]} has most, {torque(slow[most])} (Coulomb and Dahl '
                    f'together); {percent(memory)} of it has a memory, which shows as '
                    'hysteresis.')

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.parameters import Payload
@@ -84,7 +85,7 @@ def _panel(axes: Axes, case: Case) -> None:
 def _run(case: Case) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Return time (n,) [s], residual (n, 7) [N m], and velocity and acceleration (n, 7)."""
     robot = FakeBaxter('right', case.trajectory, **case.robot)
-    predictor = PredictorSettings({'arm': 'right', **case.told}).predictor(external=False)
+    predictor = Predictor(PredictorSettings.from_parameters(case.told))
     rows = []
     begin = None
     for message in record(robot, START + DURATION, 100.0):

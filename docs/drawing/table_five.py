@@ -8,6 +8,7 @@ from typing import Any, Iterator
 from baxter_dynamics_ros import JOINTS
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.cli.experiment import START_UP, TOPIC, whole_periods
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
 from baxter_dynamics_ros.recordings.evaluation_results import Evaluation
@@ -49,15 +50,16 @@ def recording(trajectory: str) -> Recording:
 
 
 @lru_cache(maxsize=None)
-def calibrated() -> dict[str, Any]:
+def calibrated() -> PredictorSettings:
     """Return the settings that `calibrate` finds on the exciting motion."""
-    return calibrate([recording('exciting')]).values
+    return calibrate([recording('exciting')]).after
 
 
 @lru_cache(maxsize=None)
 def evaluation(trajectory: str, is_calibrated: bool) -> Evaluation:
     """Judge the recording of a trajectory, with the defaults or calibrated."""
-    return Evaluator(calibrated() if is_calibrated else {}).evaluate(recording(trajectory))
+    settings = calibrated() if is_calibrated else PredictorSettings()
+    return Evaluator(settings).evaluate(recording(trajectory))
 
 
 def rows(trajectory: str) -> dict[str, np.ndarray]:

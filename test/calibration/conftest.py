@@ -72,20 +72,20 @@ def _wander(seed, t):
 def _recording(truth, seed, duration=30.0, lag=0.014, motion=_wander, noise=1.0):
     """Return the joint states of a robot with these settings, with white noise."""
     rng = np.random.default_rng(seed)
-    settings = PredictorSettings(truth)
+    settings = PredictorSettings.from_parameters(truth)
     fine = PERIOD / FINE * np.arange(round(duration / PERIOD) * FINE)
-    state = Presliding(settings.effort_model.dahl_length)
+    state = Presliding(settings.model.effort_model.dahl_length)
     presliding = np.array([state.update(q) for q in motion(seed, fine)[0]])[::FINE]
     t = fine[::FINE]
     q, qd, qdd = motion(seed, t)
-    effort = settings.effort_model.effort(
-        settings.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd, presliding)
+    effort = settings.model.effort_model.effort(
+        settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd, presliding)
     effort = effort + noise * EFFORT_NOISE * rng.standard_normal(q.shape)
     velocity = motion(seed, t - lag)[1] + noise * VELOCITY_NOISE * rng.standard_normal(q.shape)
     position = q + noise * POSITION_NOISE * rng.standard_normal(q.shape)
-    names = joint_names(settings.values['arm'])
+    names = joint_names(settings.arm)
     stamps = 10 ** 18 + np.round(1e9 * t).astype(int)
-    return Recording(f'motion {seed}', settings.values['arm'], [
+    return Recording(f'motion {seed}', settings.arm, [
         (stamp, names, *arrays, stamp)
         for stamp, *arrays in zip(stamps.tolist(), position, velocity, effort)])
 
@@ -153,7 +153,7 @@ def robot():
 @pytest.fixture(params=SETTINGS.values(), ids=SETTINGS.keys())
 def settings(request):
     """Return each of the initial settings."""
-    return PredictorSettings(request.param)
+    return PredictorSettings.from_parameters(request.param)
 
 
 @pytest.fixture(scope='session')
@@ -210,8 +210,8 @@ def _make_motion(n, rng):
 def _columns(term, settings, motion):
     """Return a term's columns for all joints, (n, 7, p), zero where it does not act."""
     presliding = {length: motion.presliding(length)
-                  for length in dahl_lengths(settings.effort_model)}
-    sample = Sample(motion, presliding, settings.arm)
+                  for length in dahl_lengths(settings.model.effort_model)}
+    sample = Sample(motion, presliding, settings.model.arm)
     result = np.zeros((len(motion), 7, len(term.prior)))
     for joint in np.flatnonzero(term.acts.any(1)):
         result[:, joint, term.acts[joint]] = term.columns(sample, joint)

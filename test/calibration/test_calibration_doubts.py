@@ -1,5 +1,6 @@
 """Calibrations with doubtful data: what the motion does not show, refusals, lag, single terms."""
 
+from baxter_dynamics_ros.estimation.settings import EffortModelSettings, PredictorSettings
 from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
@@ -31,9 +32,9 @@ def test_joints_that_do_not_reverse_are_named_and_keep_their_parameters(robot):
         (line,) = [line for line in found.warnings if line.startswith(
             f'{JOINTS[joint]}: the motion does not show')]
         for term in ('coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness'):
-            assert found.values[f'effort_model.{term}'][joint] == 0.0, term
+            assert getattr(found.after.effort_model, term)[joint] == 0.0, term
             assert term in line or (joint, term) == (1, 'stiffness')
-    np.testing.assert_allclose(np.array(found.values['effort_model.coulomb'])[[0, 2, 3, 5]],
+    np.testing.assert_allclose(np.array(found.after.effort_model.coulomb)[[0, 2, 3, 5]],
                                np.array(robot.FRICTION['effort_model.coulomb'])[[0, 2, 3, 5]],
                                atol=0.1)
 
@@ -44,21 +45,21 @@ def test_velocity_lag_is_measured_and_adopted(robot, lag):
                       only=('bias', 'coulomb'))
     np.testing.assert_allclose([found.lag.value, *found.lag.per_joint], lag, atol=0.002)
     assert found.lag.uncertainty < 0.0005
-    assert found.values['acceleration.velocity_lag'] == round(max(found.lag.value, 0.0), 4)
-    assert found.before['acceleration.velocity_lag'] == found.values['acceleration.velocity_lag']
+    assert found.after.acceleration.velocity_lag == round(max(found.lag.value, 0.0), 4)
+    assert found.before.acceleration.velocity_lag == found.after.acceleration.velocity_lag
     assert (found.rms_after < 1.2 * robot.LEAST).all()
 
 
 def test_usual_velocity_lag_is_kept(robot):
     assert robot.calibrated('friction').lag.value == pytest.approx(0.014, abs=0.001)
-    assert robot.calibrated('friction').values['acceleration.velocity_lag'] == 0.014
+    assert robot.calibrated('friction').after.acceleration.velocity_lag == 0.014
 
 
 def test_no_lag_without_velocities(robot):
     found = calibrate([robot.recording(robot.FRICTION, 0, 12.0).changed(
         lambda position, velocity, effort: (position, np.empty(0), effort))], only=('bias',))
     assert found.lag is None
-    assert found.values['acceleration.velocity_lag'] == 0.014
+    assert found.after.acceleration.velocity_lag == 0.014
     assert [line for line in found.warnings if 'velocity_missing' in line]
 
 
@@ -134,7 +135,7 @@ def test_duration_of_a_looping_bag_is_that_of_its_laps(robot):
     """The stamps jump back between the laps."""
     one = robot.recording(robot.FRICTION, 0, 11.0)
     one.states = one.states + one.states
-    assert observe(one, {}).duration == pytest.approx(2 * 10.8, abs=0.1)
+    assert observe(one, PredictorSettings()).duration == pytest.approx(2 * 10.8, abs=0.1)
     found = calibrate([one], only=('bias',))
     assert [line for line in found.warnings if 'reset_clock_jump' in line]
 
@@ -144,7 +145,8 @@ def test_only_fits_the_named_terms_and_reports_the_stages(robot):
     found = calibrate(robot.recordings('friction'), only=('coulomb',), progress=stages.append)
     assert [step.term for step in found.steps] == ['', 'coulomb']
     assert found.steps[1].joints == tuple(range(7))
-    changed = {name for name, value in found.values.items() if value != found.before[name]}
+    changed = {name for name, value in found.after.parameters().items()
+               if value != found.before.parameters()[name]}
     assert changed == {'effort_model.coulomb'}
     assert stages == ['reading motion 0', 'reading motion 1', 'fitting',
                       'judging on what was left out']
@@ -152,9 +154,9 @@ def test_only_fits_the_named_terms_and_reports_the_stages(robot):
 
 @pytest.mark.parametrize('arguments, message', [
     ({'only': ('colomb',)}, 'no term colomb; there are added_inertia, bias'),
-    ({'values': {'effort_model.coulomb': [-1.0] * 7}}, 'effort_model.coulomb'),
-    ({'values': {'effort_model.enabled': False}}, 'effort_model.enabled: false'),
-    ({'values': {'align': False}}, 'align: false')])
+    ({'settings': PredictorSettings(effort_model=EffortModelSettings(enabled=False))},
+     'effort_model.enabled: false'),
+    ({'settings': PredictorSettings(align=False)}, 'align: false')])
 def test_unusable_arguments_are_refused_by_name(robot, arguments, message):
     with pytest.raises(ArgumentError, match=message):
         calibrate([robot.recording(robot.FRICTION, 0, 11.0)], **arguments)
@@ -162,6 +164,6 @@ def test_unusable_arguments_are_refused_by_name(robot, arguments, message):
 
 def test_calibration_is_repeatable(robot):
     first, second = (calibrate(robot.recordings('friction')[:1]) for _ in range(2))
-    assert first.values == second.values
+    assert first.after == second.after
     assert first.warnings == second.warnings
     assert first.parameters == second.parameters

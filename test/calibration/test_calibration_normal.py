@@ -22,11 +22,11 @@ def two_motions(make_motion):
 
 
 def test_normal_equations_are_sums_over_rows(settings, two_motions, columns):
-    problem = pose(settings.values, all_terms(settings, shape=True), two_motions)
+    problem = pose(settings, all_terms(settings, shape=True), two_motions)
     x = np.concatenate([np.concatenate(
         [columns(term, settings, motion) for term, _ in problem.terms], axis=-1)
         for motion in two_motions])
-    y = np.concatenate([residual(motion, settings.values) for motion in two_motions])
+    y = np.concatenate([residual(motion, settings) for motion in two_motions])
     both = problem.whole
     assert both.count == len(y) == 1300
     np.testing.assert_allclose(both.matrix, np.einsum('njp,njq->jpq', x, x, optimize=True),
@@ -44,7 +44,7 @@ def test_normal_equations_are_sums_over_rows(settings, two_motions, columns):
 
 def test_error_about_a_deviation_is_that_of_its_settings(settings, motion):
     """The product of tilt and links is exact after linearisation about the deviation."""
-    problem = pose(settings.values, all_terms(settings, shape=False), [motion])
+    problem = pose(settings, all_terms(settings, shape=False), [motion])
     rng = np.random.default_rng(8)
     b = np.zeros(len(problem.none()))
     for term, where in problem.terms:
@@ -60,12 +60,12 @@ def test_cross_validation_fits_without_each_fold(make_motion, columns, rng):
     terms = [term for term in all_terms(settings, shape=False)
              if term.name in ('bias', 'stiffness', 'tilt')]
     motions = [make_motion(n, rng) for n in (60, 90, 40)]
-    problem = Problem.of(settings.values, Regressor(settings, terms), motions)
+    problem = Problem.of(settings, Regressor(settings, terms), motions)
     weights, prior = rng.uniform(0.1, 1.0, 7), problem.regressor.prior
     chosen = weights * np.isin(np.arange(7), (1, 3))
     active = np.arange(len(prior.deviation)) % 3 > 0
     x = [np.concatenate([columns(term, settings, m) for term in terms], -1) for m in motions]
-    y = [residual(m, settings.values) for m in motions]
+    y = [residual(m, settings) for m in motions]
     expected = np.zeros(7)
     for k in range(3):
         others = [i for i in range(3) if i != k]

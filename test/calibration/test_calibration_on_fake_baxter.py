@@ -48,8 +48,8 @@ def found(recorded):
 
 
 def test_payload_and_tilt_are_found(found):
-    assert found.values['payload.mass'] == pytest.approx(1.0, rel=0.02)
-    assert np.linalg.norm(found.values['gravity']) == pytest.approx(9.81)
+    assert found.after.payload.mass == pytest.approx(1.0, rel=0.02)
+    assert np.linalg.norm(found.after.gravity) == pytest.approx(9.81)
     true = [1.0, *PAYLOAD.center_of_mass, *TRUTH['gravity'][:2]]  # [kg], [m], [m/s^2]
     fitted = found.of_term('payload') + found.of_term('tilt')
     for one, truth, limit in zip(fitted, true, [0.09] + 3 * [0.03] + 2 * [0.06], strict=True):
@@ -70,7 +70,7 @@ def test_parameters_of_each_joint_are_within_three_deviations(found, term):
 def test_friction_is_found_on_all_joints(found):
     assert {one.joint for one in found.of_term('coulomb')} == set(range(7))
     assert {JOINTS[one.joint] for one in found.of_term('dahl')} >= {'s0', 's1', 'w0'}
-    total = np.add(found.values['effort_model.coulomb'], found.values['effort_model.dahl'])
+    total = np.add(found.after.effort_model.coulomb, found.after.effort_model.dahl)
     np.testing.assert_allclose(total, np.add(TRUE_EFFORT['coulomb'], TRUE_EFFORT['dahl']),
                                rtol=0.2)
 
@@ -82,15 +82,16 @@ def test_spring_curve_is_found_over_the_range_of_s1(found):
     q = np.zeros((50, 7))
     q[:, 1] = np.linspace(low, high, 50)
     true, fitted, default = (
-        settings.effort_model.spring(q)[:, 1] + settings.effort_model.bias[1]
-        for settings in map(PredictorSettings, (TRUTH, found.values, found.before)))
+        settings.model.effort_model.spring(q)[:, 1] + settings.model.effort_model.bias[1]
+        for settings in (PredictorSettings.from_parameters(TRUTH), found.after, found.before))
     assert np.abs(fitted - true).max() < 0.3  # [N m]
     assert np.abs(default - true).max() > 1.0
 
 
 def test_prediction_is_as_good_as_with_the_truth(found, recorded):
-    motion = observe(recorded, found.values)
-    fitted, true = (rms(residual(motion, values)) for values in (found.values, TRUTH))
+    motion = observe(recorded, found.after)
+    fitted, true = (rms(residual(motion, settings)) for settings in (
+        found.after, PredictorSettings.from_parameters(TRUTH)))
     assert (fitted < 1.05 * true + 0.002).all()
     assert (found.rms_after < 1.15 * true + 0.005).all()
     assert (found.rms_before > 3.0 * found.rms_after).all()

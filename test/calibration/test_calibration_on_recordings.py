@@ -40,8 +40,8 @@ def motion_of(recording, lag):
 def observe_once():
     """Pass each recording through the estimator once for all calibrations."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(calibrate_robot, 'observe', lambda recording, values: motion_of(
-            recording, values['acceleration.velocity_lag']))
+        patch.setattr(calibrate_robot, 'observe', lambda recording, settings: motion_of(
+            recording, settings.acceleration.velocity_lag))
         yield
 
 
@@ -82,13 +82,13 @@ def fitted_to_first_part(halves):
     return lru_cache(lambda inertial: calibrate(halves[:1], inertial=inertial))
 
 
-def left_over(values, recordings, contact=True):
+def left_over(settings, recordings, contact=True):
     """Return the RMS (7,) of the residual [N m], with or without contact."""
     parts = []
     for recording in recordings:
-        motion = motion_of(recording, values['acceleration.velocity_lag'])
+        motion = motion_of(recording, settings.acceleration.velocity_lag)
         assert len(motion) >= len(recording.states) - 21
-        left = residual(motion, values)
+        left = residual(motion, settings)
         contacts = [] if contact else find_contacts(motion.time, left, motion.q)
         parts.append(left[~contact_rows(motion.time, contacts)])
     left = rms(np.concatenate(parts))
@@ -102,7 +102,7 @@ def test_eight_tracking_recordings_predict_the_other_four(load, fitted, inertial
     found, others = fitted(inertial), load('left_arm_tracking')[1::3]
     assert len(found.judged) == 8 and not found.by_time
     assert not {one.name for one in others} & {judged.name for judged in found.judged}
-    left = left_over(found.values, others)
+    left = left_over(found.after, others)
     assert (left < limit).all()
     assert (left < found.rms_before).all()
     # Cross-validation predicts the error on other recordings.
@@ -121,7 +121,7 @@ def test_seven_kitting_recordings_predict_the_other_five(load, others, payload, 
     all_ = load('kitting', 'right')
     found = calibrate([one for i, one in enumerate(all_) if i not in others], payload=payload)
     assert len(found.judged) == 7 and not found.contacts
-    assert (left_over(found.values, [all_[i] for i in others]) <= limit).all()
+    assert (left_over(found.after, [all_[i] for i in others]) <= limit).all()
 
 
 def test_one_wide_recording_predicts_others(load):
@@ -129,7 +129,7 @@ def test_one_wide_recording_predicts_others(load):
     assert all_[0].name == 'Random'
     found = calibrate(all_[:1])
     assert found.by_time and [line for line in found.warnings if 'lap after lap' in line]
-    assert (left_over(found.values, all_[1:]) < FROM_ONE).all()
+    assert (left_over(found.after, all_[1:]) < FROM_ONE).all()
 
 
 @pytest.mark.parametrize('inertial, limit', [(False, REST), (True, REST_WITH_LINKS)],
@@ -138,17 +138,17 @@ def test_first_part_of_a_wide_motion_predicts_the_rest(
         halves, fitted_to_first_part, inertial, limit):
     found = fitted_to_first_part(inertial)
     assert not found.contacts
-    assert (left_over(found.values, halves[1:], contact=False) < limit).all()
+    assert (left_over(found.after, halves[1:], contact=False) < limit).all()
 
 
 def test_contact_at_a_joint_stop_is_found_in_a_recording(halves, fitted_to_first_part):
     """In the last third e0 is pressed against its stop."""
     found, rest = fitted_to_first_part(True), halves[1]
-    motion = observe(rest, found.values)
-    (contact,) = find_contacts(motion.time, residual(motion, found.values), motion.q)
+    motion = observe(rest, found.after)
+    (contact,) = find_contacts(motion.time, residual(motion, found.after), motion.q)
     assert str(contact) == 'e0 at its stop, 9 N m, from 18.3 to 19.5 s'
-    assert left_over(found.values, [rest])[2] > 2.5 * left_over(
-        found.values, [rest], contact=False)[2]
+    assert left_over(found.after, [rest])[2] > 2.5 * left_over(
+        found.after, [rest], contact=False)[2]
 
 
 def test_velocity_lags_by_14_ms(fitted, fitted_to_first_part):
@@ -162,19 +162,19 @@ def test_tracking_recordings_give_the_spring_only_a_gain(fitted):
     found = fitted(False)
     assert [line for line in found.warnings if line.startswith('s1 sweeps -1.') and
             'its shape is kept' in line]
-    ratio = np.divide(found.values['effort_model.spring_coefficients'],
-                      found.before['effort_model.spring_coefficients'])
+    ratio = np.divide(found.after.effort_model.spring_coefficients,
+                      found.before.effort_model.spring_coefficients)
     np.testing.assert_allclose(ratio, ratio[0])
 
 
 def test_links_stay_possible_and_near_their_prior(fitted):
     """Plain least squares finds impossible masses in the same data."""
-    values = fitted(True).values
-    arm = PredictorSettings(values).arm
+    found = fitted(True).after
+    arm = found.model.arm
     assert np.linalg.eigvalsh(arm.parameters.pseudo_inertia).min() > 0.0
-    np.testing.assert_allclose(values['links.mass'], PredictorSettings().values['links.mass'],
+    np.testing.assert_allclose(found.links.mass, PredictorSettings().links.mass,
                                rtol=0.3)
-    tilt = np.degrees(np.arctan2(np.hypot(*values['gravity'][:2]), -values['gravity'][2]))
+    tilt = np.degrees(np.arctan2(np.hypot(*found.gravity[:2]), -found.gravity[2]))
     assert 0.3 < tilt < 2.5
 
 
@@ -190,6 +190,6 @@ def test_default_spring_is_what_the_command_finds(load, in_memory):
         in_memory(one.name, 'left', [state._replace(names=joint_names('left'))
                                      for state in one.states])
         for one in load('point_to_point')]
-    found = calibrate(both, only=('spring', 'coulomb')).values
+    found = calibrate(both, only=('spring', 'coulomb')).after
     np.testing.assert_allclose(found['effort_model.spring_coefficients'], SPRING_COEFFICIENTS,
                                atol=2e-3)

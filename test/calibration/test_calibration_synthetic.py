@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import JOINTS
@@ -42,7 +43,7 @@ def test_all_terms_are_found_within_their_uncertainty(robot):
         for joint, value in zip(JOINTS, values):
             assert not term or not value or joint in kept[term], (term, joint)
     assert kept['tilt'] == JOINTS
-    assert found.values['effort_model.dahl_length'] == 0.02
+    assert found.after.effort_model.dahl_length == 0.02
 
 
 def test_absent_terms_are_not_fitted(robot):
@@ -52,8 +53,8 @@ def test_absent_terms_are_not_fitted(robot):
     assert set(joints.pop('coulomb')) == set(JOINTS) - {'e1'}
     assert set(joints.values()) == {()}
     assert_true_within_uncertainty(robot, found, robot.FRICTION)
-    changed = {name for name, value in found.values.items()
-               if not np.array_equal(value, found.before[name])}
+    changed = {name for name, value in found.after.parameters().items()
+               if value != found.before.parameters()[name]}
     assert changed == {*robot.FRICTION}
 
 
@@ -64,7 +65,7 @@ def test_left_out_residual_is_noise(robot):
     assert found.samples == sum(len(r.states) - 21 for r in robot.recordings('friction'))
     assert found.duration == pytest.approx(0.01 * (found.samples - 2), rel=1e-3)
     for judged, one in zip(found.judged, robot.recordings('friction')):
-        left = rms(residual(observe(one, found.values), found.values))
+        left = rms(residual(observe(one, found.after), found.after))
         np.testing.assert_allclose(judged.after, left, rtol=0.05)
 
 
@@ -82,11 +83,12 @@ def test_residual_of_a_motion_is_that_of_the_node(robot):
     values = {**robot.ALL, 'arm': 'right', 'effort_model.coulomb_velocity': 0.1}
     one = robot.recording(values, 7, 12.0)
     one.states = one.states[:500] + one.states[560:]  # the filter restarts after the gap
-    predictor = PredictorSettings(values).predictor()
+    settings = PredictorSettings.from_parameters(values)
+    predictor = Predictor(settings)
     node = [step.prediction for step in (predictor.handle(*state[:5]) for state in one)
             if step.prediction]
-    motion = observe(one, values)
-    np.testing.assert_allclose(residual(motion, values), [p.residual for p in node], atol=1e-9)
+    motion = observe(one, settings)
+    np.testing.assert_allclose(residual(motion, settings), [p.residual for p in node], atol=1e-9)
     np.testing.assert_array_equal(motion.time,
                                   [(p.stamp_ns - node[0].stamp_ns) * 1e-9 for p in node])
     assert len(motion.segments) == 2
@@ -105,7 +107,7 @@ def test_spring_gets_a_gain_if_s1_sweeps_little(robot):
     (gain,) = found.of_term('spring')
     assert (gain.component, gain.before) == ('gain', pytest.approx(1.0))
     assert abs(gain.value - 1.1) < 3 * gain.deviation and gain.deviation < 0.05
-    np.testing.assert_allclose(np.array(found.values['effort_model.spring_coefficients'])
+    np.testing.assert_allclose(np.array(found.after.effort_model.spring_coefficients)
                                / SPRING_COEFFICIENTS, gain.value)
 
 
@@ -122,16 +124,16 @@ def test_spring_gets_its_shape_if_s1_sweeps_its_range(robot):
     assert len(found.of_term('spring')) == 4
     angle = np.zeros((60, 7))
     angle[:, 1] = np.linspace(-1.85, 0.95, 60)
-    true, fitted = (PredictorSettings(v).effort_model.spring(angle)[:, 1]
-                    + PredictorSettings(v).effort_model.bias[1] for v in (truth, found.values))
+    true, fitted = (settings.model.effort_model.spring(angle)[:, 1] + settings.effort_model.bias[1]
+                    for settings in (PredictorSettings.from_parameters(truth), found.after))
     np.testing.assert_allclose(fitted, true, atol=0.15)
 
 
 def test_an_earlier_calibration_is_refined(robot):
     first = robot.calibrated('all')
     again = calibrate([robot.recording(robot.ALL, seed, 20.0) for seed in (10, 11)],
-                      values=first.values)
-    assert again.before == {**first.values, 'arm': 'right'}
+                      settings=first.after)
+    assert again.before == replace(first.after, arm='right')
     assert (again.rms_before < 0.5 * first.rms_before).all()
     assert (again.rms_after < 1.1 * again.rms_before).all()
     assert_true_within_uncertainty(robot, again, robot.ALL)
@@ -141,20 +143,21 @@ def test_a_wrong_calibration_is_corrected(robot):
     wrong = {'effort_model.coulomb': (2.0,) * 3 + (0.4,) * 4, 'effort_model.dahl': (1.0,) * 7,
              'effort_model.bias': (1.0,) * 7, 'effort_model.dahl_length': 0.02,
              'effort_model.viscous': (0.5,) * 7}
-    found = calibrate(robot.recordings('friction'), values=wrong)
+    found = calibrate(robot.recordings('friction'), PredictorSettings.from_parameters(wrong))
     assert (found.rms_after < 1.1 * robot.calibrated('friction').rms_after).all()
-    assert found.values['effort_model.dahl_length'] == 0.02
+    assert found.after.effort_model.dahl_length == 0.02
     for name in ('coulomb', 'dahl', 'viscous'):
         true = robot.FRICTION.get(f'effort_model.{name}', (0.0,) * 7)
-        np.testing.assert_allclose(found.values[f'effort_model.{name}'], true, atol=0.1,
+        np.testing.assert_allclose(getattr(found.after.effort_model, name), true, atol=0.1,
                                    err_msg=name)
 
 
 def test_links_are_found_as_far_as_the_motion_shows_them(robot):
     """Few of the 70 parameters are determined; the prediction and the uncertainties must hold."""
-    truth = dict(PredictorSettings({**robot.FRICTION, 'gravity': robot.ALL['gravity']}).values)
-    Links(PredictorSettings(truth).arm).update(
-        truth, np.random.default_rng(4).normal(0.0, 0.05, 70))
+    settings = PredictorSettings.from_parameters(
+        {**robot.FRICTION, 'gravity': robot.ALL['gravity']})
+    truth = Links(settings.model.arm).updated(
+        settings, np.random.default_rng(4).normal(0.0, 0.05, 70)).parameters()
     data = [robot.recording(truth, seed) for seed in range(2)]
     found = calibrate(data, only=('bias', 'coulomb', 'tilt'), inertial=True)
     assert_true_within_uncertainty(robot, found, truth)
@@ -162,7 +165,7 @@ def test_links_are_found_as_far_as_the_motion_shows_them(robot):
     assert len(found.of_term('inertial')) == 28
     without = calibrate(data, only=('bias', 'coulomb', 'tilt'))
     assert (found.rms_after < without.rms_after)[:4].all()
-    left = residual(observe(robot.recording(truth, 9, 12.0), found.values), found.values)
+    left = residual(observe(robot.recording(truth, 9, 12.0), found.after), found.after)
     assert (rms(left) < robot.LEAST).all()
 
 
@@ -175,7 +178,7 @@ def test_payload_is_found_beside_friction(robot, mass):
     assert abs(fitted['mass'].value - mass) < 3 * fitted['mass'].deviation < 0.15
     if mass:
         assert mass == pytest.approx(fitted['mass'].value, rel=0.02)
-        np.testing.assert_allclose(found.values['payload.center_of_mass'], (0.03, -0.04, 0.08),
+        np.testing.assert_allclose(found.after.payload.center_of_mass, (0.03, -0.04, 0.08),
                                    atol=0.01)
         assert_true_within_uncertainty(robot, found, truth)
         assert set(robot.kept(found)['coulomb']) >= set(JOINTS) - {'e1'}
@@ -184,19 +187,19 @@ def test_payload_is_found_beside_friction(robot, mass):
 def test_links_stay_possible_whatever_the_data_show(make_motion, columns):
     """A forearm of negative mass would explain these data best."""
     settings, rng = PredictorSettings(), np.random.default_rng(2)
-    links = Links(settings.arm)
+    links = Links(settings.model.arm)
     wanted = np.zeros((7, 10))
     wanted[3, [n for n, (i, k) in enumerate(zip(*np.triu_indices(4))) if i == k]] = -2.0
     assert links.least_eigenvalues(wanted.ravel())[3] == pytest.approx(-1.0)
     motions = []
     for motion in (make_motion(1500, rng), make_motion(1500, rng)):
-        effort = settings.effort_model.effort(
-            settings.arm.inverse_dynamics(motion.q, motion.qd, motion.qdd), motion.q, motion.qd,
-            motion.qdd) + columns(links, settings, motion) @ wanted.ravel()
+        tau = settings.model.arm.inverse_dynamics(motion.q, motion.qd, motion.qdd)
+        effort = settings.model.effort_model.effort(tau, motion.q, motion.qd, motion.qdd)
+        effort = effort + columns(links, settings, motion) @ wanted.ravel()
         noise = rng.normal(0.0, 0.05, effort.shape)
         motions.append(replace(motion, time=10 * motion.time, effort=effort + noise))
-    problem = pose(settings.values, [links], motions)
-    found = fit_terms(problem, choose(problem, {'inertial'}).steps[-1]).values
-    arm = PredictorSettings(found).arm  # is not refused
+    problem = pose(settings, [links], motions)
+    found = fit_terms(problem, choose(problem, {'inertial'}).steps[-1]).settings
+    arm = found.model.arm  # is not refused
     assert np.linalg.eigvalsh(arm.parameters.pseudo_inertia).min() > 0.0
-    assert found['links.mass'][3] < 0.2 * settings.values['links.mass'][3]
+    assert found.links.mass[3] < 0.2 * settings.links.mass[3]

@@ -1,6 +1,6 @@
 """Terms of a fit: columns are derivatives of the node's prediction, and links stay possible."""
 
-from baxter_dynamics_ros.estimation.predictor import Estimate
+from baxter_dynamics_ros.estimation.predictor import Estimate, Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model import parameters as inertial
 from baxter_dynamics_ros.model.exceptions import ArgumentError
@@ -16,20 +16,12 @@ from baxter_dynamics_ros.calibration.terms import all_terms, OPTIONAL, TERMS  # 
 LINEAR = {*TERMS, *OPTIONAL} - {'tilt', 'payload'}
 
 
-def predicted(motion, values):
+def predicted(motion, settings):
     """Return the effort (n, 7) that the node predicts with some settings [N m]."""
-    settings = PredictorSettings(values)
-    presliding = motion.presliding(settings.effort_model.dahl_length)
-    return settings.predictor().predict(Estimate(
+    presliding = motion.presliding(settings.model.effort_model.dahl_length)
+    return Predictor(settings).predict(Estimate(
         (motion.time * 1e9).astype(int), motion.q.copy(), motion.qd.copy(), motion.qdd.copy(),
         None, presliding)).effort
-
-
-def updated(term, settings, deviation):
-    """Return the settings with a term's deviations."""
-    values = dict(settings.values)
-    term.update(values, deviation)
-    return values
 
 
 @pytest.mark.parametrize('name', sorted(LINEAR))
@@ -40,11 +32,11 @@ def test_columns_are_differences_of_the_prediction(name, settings, motion, colum
     assert terms
     for term in terms:
         found = columns(term, settings, motion)
-        start = predicted(motion, updated(term, settings, np.zeros(len(term.prior))))
+        start = predicted(motion, term.updated(settings, np.zeros(len(term.prior))))
         for k in np.flatnonzero(term.acts.any(0)):
             deviation = np.zeros(len(term.prior))
             deviation[k] = 0.1 * term.prior[k]
-            added = predicted(motion, updated(term, settings, deviation)) - start
+            added = predicted(motion, term.updated(settings, deviation)) - start
             np.testing.assert_allclose(found[..., k] * deviation[k], added, rtol=0, atol=1e-9,
                                        err_msg=f'{name} {k}')
 
@@ -53,8 +45,8 @@ def test_terms_are_those_of_the_command():
     terms = all_terms(PredictorSettings(), True)
     assert {term.name for term in terms} == {*TERMS, *OPTIONAL}
     assert not terms[-1].acts[1].any() and terms[-1].name == 'stiffness'  # s1 has the spring
-    assert 'tilt' not in {
-        term.name for term in all_terms(PredictorSettings({'gravity': [0.0] * 3}), True)}
+    weightless = all_terms(PredictorSettings(gravity=(0.0,) * 3), True)
+    assert 'tilt' not in {term.name for term in weightless}
 
 
 def test_columns_of_tilt_are_derivatives_of_the_prediction(settings, motion, columns):
@@ -62,13 +54,13 @@ def test_columns_of_tilt_are_derivatives_of_the_prediction(settings, motion, col
     assert np.abs(found).max() > 0.1
     for k in range(2):
         step = 1e-4 * np.eye(2)[k]  # [m/s^2]
-        upper, lower = (predicted(motion, updated(Tilt(), settings, s)) for s in (step, -step))
+        upper, lower = (predicted(motion, Tilt().updated(settings, s)) for s in (step, -step))
         np.testing.assert_allclose(found[..., k], (upper - lower) / 2e-4, rtol=0, atol=1e-7)
 
 
 def test_tilt_rotates_gravity(settings):
-    before = np.array(settings.values['gravity'])
-    after = np.array(updated(Tilt(), settings, np.array([0.3, -0.2]))['gravity'])
+    before = np.array(settings.gravity)
+    after = np.array(Tilt().updated(settings, np.array([0.3, -0.2])).gravity)
     np.testing.assert_allclose(after[:2] - before[:2], [0.3, -0.2], atol=1e-12)
     assert np.linalg.norm(after) == pytest.approx(np.linalg.norm(before))
     assert after[2] < 0.0
@@ -80,18 +72,18 @@ def test_tilt_rotates_gravity(settings):
 def test_columns_of_a_payload_are_its_addition_to_the_prediction(
         mass, moment, settings, motion, columns):
     """A payload of almost no mass is placed within the reach that the settings allow."""
-    tool = Tool(settings.arm)
+    tool = Tool(settings.model.arm)
     deviation = np.zeros(10)
-    deviation[tool.mass] = mass - settings.arm.payload.mass
-    deviation[list(tool.moments)] = moment or -0.8 * np.array(settings.arm.payload.center_of_mass)
+    deviation[tool.mass] = mass - settings.model.arm.payload.mass
+    deviation[list(tool.moments)] = moment or -0.8 * np.array(settings.payload.center_of_mass)
     deviation[list(tool.fixed)] = tool.second_moments(deviation)
-    values = updated(tool, settings, deviation)
-    assert PredictorSettings(values).arm.payload.mass == pytest.approx(mass)
+    found = tool.updated(settings, deviation)
+    assert found.model.arm.payload.mass == pytest.approx(mass)
     if mass > 0.1:
         np.testing.assert_allclose(
-            predicted(motion, settings.values) + columns(tool, settings, motion) @ deviation,
-            predicted(motion, values), rtol=0, atol=1e-9)
-        assert values['payload.inertia'] == settings.values['payload.inertia']
+            predicted(motion, settings) + columns(tool, settings, motion) @ deviation,
+            predicted(motion, found), rtol=0, atol=1e-9)
+        assert found.payload.inertia == settings.payload.inertia
 
 
 @pytest.mark.parametrize('name', ['bias', 'spring', 'tilt', 'inertial', 'payload'])
@@ -102,11 +94,11 @@ def test_reported_quantities_have_the_stated_jacobian(name, settings, rng):
     start[free] = rng.uniform(0.05, 0.1, len(free))
     if name == 'payload':
         start[term.mass] = 1.0  # [kg]
-    values = updated(term, settings, start)
+    found = term.updated(settings, start)
     for k in free:
         step = 1e-6 * np.eye(len(term.prior))[k]
-        upper, lower = (term.read(updated(term, settings, start + s)) for s in (step, -step))
-        np.testing.assert_allclose(term.jacobian(values)[:, k], (upper - lower) / 2e-6, atol=1e-7)
+        upper, lower = (term.read(term.updated(settings, start + s)) for s in (step, -step))
+        np.testing.assert_allclose(term.jacobian(found)[:, k], (upper - lower) / 2e-6, atol=1e-7)
 
 
 def test_links_from_pseudo_inertias_have_these_pseudo_inertias(rng):
@@ -119,27 +111,26 @@ def test_links_from_pseudo_inertias_have_these_pseudo_inertias(rng):
 
 
 def test_links_are_possible_while_their_least_eigenvalue_is_positive(settings, rng):
-    links = Links(settings.arm)
+    links = Links(settings.model.arm)
     for scale in np.linspace(0.05, 1.0, 20):
         deviation = rng.normal(0.0, scale, 70)
-        values = updated(links, settings, deviation)
         if (links.least_eigenvalues(deviation) > 0.0).all():
-            PredictorSettings(values)  # is not refused
+            links.updated(settings, deviation).model  # is not refused
         else:
             with pytest.raises(ArgumentError, match='link|mass'):
-                PredictorSettings(values)
+                links.updated(settings, deviation).model
 
 
 def test_prior_of_links_is_a_distance_in_every_frame(settings, rng):
-    links = Links(settings.arm)
+    links = Links(settings.model.arm)
     deviation = rng.normal(0.0, 0.1, 70)
-    before = settings.arm.parameters.pseudo_inertia
-    after = PredictorSettings(updated(links, settings, deviation)).arm.parameters.pseudo_inertia
+    before = settings.model.arm.parameters.pseudo_inertia
+    after = links.updated(settings, deviation).model.arm.parameters.pseudo_inertia
     change = np.linalg.solve(before, after) - np.eye(4)
     distance = np.trace(change @ change, axis1=1, axis2=2)
     np.testing.assert_allclose(distance, (deviation.reshape(7, 10) ** 2).sum(1), rtol=1e-9)
 
 
 def test_residual_is_measured_minus_predicted(settings, motion):
-    np.testing.assert_allclose(residual(motion, settings.values),
-                               motion.effort - predicted(motion, settings.values), atol=1e-12)
+    np.testing.assert_allclose(residual(motion, settings),
+                               motion.effort - predicted(motion, settings), atol=1e-12)

@@ -3,6 +3,7 @@
 import json
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
@@ -22,8 +23,8 @@ SWAPPED = np.array([0, 1, 3, 2, 4, 5, 6])  # e0 and e1
 
 def dynamics(q, v):
     """Return M qdd + C qd (7,) [N m] as far as velocities alone give it, and G."""
-    gravity = SETTINGS.arm.gravity(q)
-    return SETTINGS.arm.inverse_dynamics(q, v, np.zeros(7)) - gravity, gravity
+    gravity = SETTINGS.model.arm.gravity(q)
+    return SETTINGS.model.arm.inverse_dynamics(q, v, np.zeros(7)) - gravity, gravity
 
 
 # What is done to position, velocity and effort of each joint state; the kind of the notice, its
@@ -40,7 +41,7 @@ ALTERED = {
                    'effort of e1 is always 0 N m'),
     'gravity removed': (lambda q, v, e: (q, v, e - dynamics(q, v)[1]), 'no_gravity', 's1',
                         'gravity [0, 0, 0]'),
-    'simulator without springs': (lambda q, v, e: (q, v, e - SETTINGS.effort_model.spring(q)),
+    'simulator without springs': (lambda q, v, e: (q, v, e - EffortModel().spring(q)),
                                   'no_springs', 's1', 'use simulation.yaml'),
     'velocity in degrees': (lambda q, v, e: (q, 0.2 * np.degrees(v), e), 'velocity_scale', '',
                             'check whether the period'),
@@ -60,7 +61,7 @@ def kinds(evaluation):
 
 def evaluate(recording):
     recording.topic = '/robot/joint_states'
-    return Evaluator({}).evaluate(recording)
+    return Evaluator(PredictorSettings()).evaluate(recording)
 
 
 def test_sound_data_have_gains_of_one_and_no_notice(sound):
@@ -107,7 +108,7 @@ def test_an_arm_moved_by_hand_is_refused(robot):
     recording = robot.recording({}, 3, 20.0)
     t = np.array([state[0] for state in recording.states]) * 1e-9 - 1e9
     q, qd, qdd = robot.wander(3, t)
-    inertial = SETTINGS.arm.inverse_dynamics(q, qd, qdd) - SETTINGS.arm.gravity(q)
+    inertial = SETTINGS.model.arm.inverse_dynamics(q, qd, qdd) - SETTINGS.model.arm.gravity(q)
     push = inertial + 0.5 * np.tanh(qd / 0.05)
     recording.states = [(*state[:4], state[4] - row, state[5])
                         for state, row in zip(recording.states, push)]
@@ -160,8 +161,8 @@ def test_contact_is_found_and_left_out(robot):
     assert abs(contact.peak) == pytest.approx(9.0, abs=1.0)
     np.testing.assert_allclose(found.rms_after, clean.rms_after, rtol=0.05)
     assert found.rms_with_contact[2] > 2 * found.rms_after[2]
-    np.testing.assert_allclose(found.values['effort_model.bias'],
-                               clean.values['effort_model.bias'], atol=0.02)
+    np.testing.assert_allclose(found.after.effort_model.bias,
+                               clean.after.effort_model.bias, atol=0.02)
     assert evaluate(pressed).contacts[0].joint == 'e0'
 
 

@@ -19,7 +19,7 @@ def written(path, recording, values=None):
     """Write the joint states of a recording as the input of the process; return its path."""
     stamps, (names, *_), *arrays, received = zip(*recording.states)
     write_input(path, list(names), stamps, received, tuple(map(np.array, arrays)),
-                PredictorSettings(values).values)
+                PredictorSettings.from_parameters(values or {}))
     return path
 
 
@@ -36,8 +36,9 @@ def test_process_calibrates_as_the_command_does(robot, tmp_path):
     np.testing.assert_allclose(found.rms_before, wanted.rms_before, rtol=1e-6)
     np.testing.assert_allclose(found.rms_after, wanted.rms_after, rtol=1e-6)
     assert set(found.values) == {'effort_model.coulomb', 'effort_model.bias'}
+    values = wanted.after.parameters()
     for name, value in found.values.items():
-        np.testing.assert_allclose(value, wanted.values[name], rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(value, values[name], rtol=1e-6, atol=1e-9)
     # A second calibration of a calibrated robot changes nothing for the better.
     again = run(written(source, recording, found.values))
     assert not again.better and 'not reduced' in again.message

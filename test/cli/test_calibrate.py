@@ -2,6 +2,7 @@
 
 import json
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -38,7 +39,7 @@ def test_from_a_recording_to_a_file_that_serves(command, make_bag, moving_arm, t
     assert f'baxter_dynamics calibrate {bag}' in file.read_text()
 
     from baxter_dynamics_ros.recordings.parameter_file import read_parameters
-    values = PredictorSettings(read_parameters(file)).values
+    values = PredictorSettings.from_parameters(read_parameters(file)).parameters()
     assert values['arm'] == 'left'
     np.testing.assert_allclose(values['effort_model.coulomb'], COULOMB, atol=0.05)
     np.testing.assert_allclose(values['effort_model.bias'], BIAS, atol=0.05)
@@ -48,7 +49,7 @@ def test_from_a_recording_to_a_file_that_serves(command, make_bag, moving_arm, t
     assert command('evaluate', make_bag(other, name='other'), '--params', file,
                    '--output', report)[0] == 0
     rms = json.loads((report / 'summary.json').read_text())['lagrange_euler']['rms']
-    predictor = PredictorSettings({'arm': 'left'}).predictor()
+    predictor = Predictor(PredictorSettings(arm='left'))
     before = [predictor.handle(*content).prediction for _, _, content in other]
     before = np.sqrt(np.mean([p.residual ** 2 for p in before if p is not None], axis=0))
     assert np.max(rms / before) < 0.4

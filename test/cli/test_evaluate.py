@@ -3,6 +3,7 @@
 import csv
 import json
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import numpy as np
@@ -37,7 +38,7 @@ def summary(command, tmp_path):
 
 def predictions(messages, values=None):
     """Return the node's predictions of some joint states, one after the other."""
-    predictor = PredictorSettings(values).predictor()
+    predictor = Predictor(PredictorSettings.from_parameters(values or {}))
     found = [predictor.handle(*content).prediction for _, _, content in messages
              if not isinstance(content, str)]
     return [prediction for prediction in found if prediction is not None]
@@ -138,7 +139,7 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
     assert set(found) == {f'/torque_predictor/{topic}' for topic in (
         'predicted_effort', 'effort_residual', 'external_effort')}
     wanted, external = predictions(messages, values), []
-    predictor = PredictorSettings(values).predictor(external=True)
+    predictor = Predictor(PredictorSettings.from_parameters(values), external=True)
     for _, _, content in messages:
         if not isinstance(content, str):
             step = predictor.handle(*content)

@@ -1,14 +1,21 @@
 """The contact detector: when contact begins and ends, and what is learnt of free motion."""
 
-from baxter_dynamics_ros.estimation.contact import ContactDetector, FLOOR, LIMIT, SETTLING
+from baxter_dynamics_ros.estimation.contact import ContactDetector
+from baxter_dynamics_ros.estimation.settings import ContactSettings
 import numpy as np
 import pytest
 
 PERIOD = 0.01  # [s]
-FLOOR, LIMIT = np.array(FLOOR), np.array(LIMIT)
+FLOOR, LIMIT = np.array(ContactSettings.floor), np.array(ContactSettings.limit)
+SETTLING = np.log(100.0) / 10.0  # of the observer [s]
 REST = np.array([0.7, -0.1, 0.6, -0.5, 0.05, -0.3, 0.2])  # in free motion, without noise [N m]
 ONE = np.eye(7)
 HOME = np.zeros(7)  # [rad]
+
+
+def new_detector(**settings):
+    """Return a detector that has learned nothing."""
+    return ContactDetector(ContactSettings(**settings), SETTLING)
 
 
 def play(detector, rows, period=PERIOD, speed=0.0):
@@ -25,7 +32,7 @@ def still(seconds, value=REST, period=PERIOD):
 @pytest.fixture
 def detector():
     """Return a detector that has seen rest for long: thresholds are at their floors."""
-    detector = ContactDetector()
+    detector = new_detector()
     assert not play(detector, still(10.0)).any()
     assert not play(detector, still(300.0, period=0.5), 0.5).any()
     np.testing.assert_allclose(detector.bias, REST, atol=1e-9)
@@ -35,7 +42,7 @@ def detector():
 
 def test_threshold_is_the_larger_of_floor_and_k_sigma(rng):
     sd = np.array([0.1, 1.0, 0.1, 0.5, 0.01, 0.3, 0.02])
-    detector = ContactDetector(sigmas=4.0)
+    detector = new_detector(sigmas=4.0)
     play(detector, REST + rng.uniform(-1.7, 1.7, (12000, 7)) * sd)
     np.testing.assert_allclose(detector.sigma, sd, rtol=0.15)
     np.testing.assert_allclose(detector.threshold, np.maximum(FLOOR, 4.0 * detector.sigma))
@@ -73,14 +80,14 @@ def test_close_samples_must_span_eight_milliseconds(detector, size):
 
 
 def test_asks_for_as_many_samples_as_told(detector):
-    detector = ContactDetector(samples=5)
+    detector = new_detector(samples=5)
     play(detector, still(60.0))
     assert play(detector, [REST + 1.2 * FLOOR] * 8).tolist() == [False] * 4 + [True] * 4
 
 
 @pytest.mark.parametrize('rate', [38.0, 50.0, 100.0, 400.0, 1000.0])
 def test_finds_a_push_at_any_rate_alike(rate):
-    period, detector = 1.0 / rate, ContactDetector()
+    period, detector = 1.0 / rate, new_detector()
     play(detector, still(20.0, period=period), period)
     t = period * np.arange(round(0.5 / period))[:, None]
     push = 4.0 * FLOOR * (1.0 - np.exp(-10.0 * t))  # over the threshold after 29 ms
@@ -170,14 +177,14 @@ def test_what_is_beyond_the_limit_stays_contact(detector):
 
 
 def test_while_the_observer_settles_nothing_is_contact_or_learnt():
-    detector, t = ContactDetector(), np.arange(0.0, SETTLING - 0.02, PERIOD)[:, None]
+    detector, t = new_detector(), np.arange(0.0, SETTLING - 0.02, PERIOD)[:, None]
     assert not play(detector, 3.0 * LIMIT * (1.0 - np.exp(-10.0 * t))).any()
     np.testing.assert_array_equal(detector.bias, 0.0)
     np.testing.assert_allclose(detector.threshold, 2.0 * FLOOR)
 
 
 def test_contact_from_the_start_is_found_if_it_is_beyond_the_limit():
-    detector, push = ContactDetector(), 1.2 * LIMIT * ONE[5]
+    detector, push = new_detector(), 1.2 * LIMIT * ONE[5]
     found = play(detector, still(20.0, push))
     assert found[round(SETTLING / PERIOD) + 3:].all()
     assert not play(detector, still(1.0, 0.0 * REST))[-1]
@@ -185,7 +192,7 @@ def test_contact_from_the_start_is_found_if_it_is_beyond_the_limit():
 
 
 def test_contact_from_the_start_within_the_limit_is_overcome_when_it_ends():
-    detector, push = ContactDetector(), 0.9 * LIMIT * ONE[5]
+    detector, push = new_detector(), 0.9 * LIMIT * ONE[5]
     assert not play(detector, still(20.0, push)).any()
     after = play(detector, still(6.0, 0.0 * REST))
     assert after.any() and not after[-1]
@@ -193,7 +200,7 @@ def test_contact_from_the_start_within_the_limit_is_overcome_when_it_ends():
 
 
 def test_reset_forgets_everything():
-    used, new = ContactDetector(), ContactDetector()
+    used, new = new_detector(), new_detector()
     play(used, still(20.0))
     play(used, still(1.0, REST + 2.0 * LIMIT))
     used.reset()
@@ -216,7 +223,7 @@ def test_contact_is_unknown_after_a_restart_and_then_goes_on_or_ends(detector):
 
 
 def test_contact_is_unknown_until_the_first_samples_after_settling_are_judged():
-    detector, period = ContactDetector(), 0.002
+    detector, period = new_detector(), 0.002
     for row in still(1.0, 2.0 * LIMIT, period):
         assert detector.update(period, row, HOME) or detector.is_settling
     assert not detector.is_settling
@@ -247,6 +254,6 @@ def test_a_dt_of_zero_changes_nothing(detector):
             detector.update(0.0, row, HOME)
         assert before == (detector.in_contact, detector.bias.tolist(),
                           detector.threshold.tolist())
-    fresh = ContactDetector(settling=0.0)
+    fresh = ContactDetector(ContactSettings(), 0.0)
     assert not fresh.update(0.0, REST, HOME)
     assert not play(fresh, still(1.0)).any()

@@ -1,6 +1,7 @@
 """What pushes the arm: its sign beside the residual's, and what changes in mid-stream."""
 
 from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -54,7 +55,7 @@ def efforts(externals) -> np.ndarray:
 def test_a_push_is_external_effort_and_its_negative_is_residual():
     settings = PredictorSettings()
     residuals, externals = play(
-        settings.predictor(external=True), measured(settings, external=PUSH))
+        Predictor(settings, external=True), measured(settings, external=PUSH))
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.05)
     np.testing.assert_allclose(residuals[-1], -PUSH, atol=0.05)
     contact = [external is not None and external.contact for external in externals]
@@ -65,7 +66,7 @@ def test_a_push_is_external_effort_and_its_negative_is_residual():
 def test_its_stamp_is_as_much_earlier_as_the_velocity_lags():
     settings = PredictorSettings()
     messages = measured(settings, 1.0)
-    _, externals = play(settings.predictor(external=True), messages)
+    _, externals = play(Predictor(settings, external=True), messages)
     assert externals[0] is externals[1] is None  # nothing is known of 14 ms before the first
     for message, external in zip(messages[2:], externals[2:]):
         assert external.stamp_ns == message[0] - 14 * MS
@@ -75,14 +76,14 @@ def test_its_stamp_is_as_much_earlier_as_the_velocity_lags():
 
 
 def test_what_the_effort_model_has_is_no_external_effort():
-    settings = PredictorSettings({
+    settings = PredictorSettings.from_parameters({
         'effort_model.coulomb': [0.5] * 7, 'effort_model.coulomb_velocity': 0.3,
         'effort_model.viscous': [0.2] * 7, 'effort_model.bias': [1.0, -2.0, 0.5, 0.3, 0, 0, 0],
         'effort_model.stiffness': [0.3] * 7, 'effort_model.added_inertia': [0.4] * 7, **LOAD,
         'base.roll': 0.1, 'base.pitch': -0.2})
-    _, externals = play(settings.predictor(external=True), measured(settings))
+    _, externals = play(Predictor(settings, external=True), measured(settings))
     assert np.abs(efforts(externals[-300:])).max() < 0.15
-    told_nothing = PredictorSettings().predictor(external=True)
+    told_nothing = Predictor(PredictorSettings(), external=True)
     _, externals = play(told_nothing, measured(settings))
     assert np.abs(efforts(externals[-300:])).max() > 2.0
 
@@ -91,22 +92,22 @@ def test_wrench_of_a_push_at_the_hand():
     settings = PredictorSettings()
     wrench = np.array([5.0, -8.0, 3.0, 0.4, -0.3, 0.6])  # [N], [N m]
     t = np.arange(0.0, 3.0, 0.01)
-    external = settings.arm.jacobian(trajectory(t)[0]).swapaxes(-1, -2) @ wrench
+    external = settings.model.arm.jacobian(trajectory(t)[0]).swapaxes(-1, -2) @ wrench
     messages = measured(settings, 3.0)
     messages = [(stamp, q, qd, effort - push)
                 for (stamp, q, qd, effort), push in zip(messages, external)]
-    predictor = settings.predictor(external=True)
+    predictor = Predictor(settings, external=True)
     _, externals = play(predictor, messages)
     found = predictor.external.wrench(externals[-1])
     np.testing.assert_allclose(np.concatenate([found.force, found.torque]), wrench, atol=0.7)
 
 
 def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
-    empty, after = PredictorSettings(), PredictorSettings(LOAD)
+    empty, after = PredictorSettings(), PredictorSettings.from_parameters(LOAD)
     messages = measured(after)
-    predictor, fresh = (settings.predictor(external=True) for settings in (empty, after))
+    predictor, fresh = (Predictor(settings, external=True) for settings in (empty, after))
     first, externals = play(predictor, messages[:200])
-    after.configure(predictor, empty)
+    predictor.configure(after)
     then, externals_then = play(predictor, messages[200:])
     expected, externals_expected = play(fresh, messages)
     # With the new payload from the next message on, and no settling in between.
@@ -124,11 +125,11 @@ def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
     {'acceleration.velocity_lag': 0.03}],
     ids=str)
 def test_a_changed_setting_keeps_what_the_contact_detector_has_learned(change):
-    settings, new = PredictorSettings(), PredictorSettings(change)
-    messages, predictor = measured(settings), settings.predictor(external=True)
+    settings, new = PredictorSettings(), PredictorSettings.from_parameters(change)
+    messages, predictor = measured(settings), Predictor(settings, external=True)
     play(predictor, messages[:200])
     learned = predictor.external.detector.sigma
-    new.configure(predictor, settings)
+    predictor.configure(new)
     np.testing.assert_array_equal(predictor.external.detector.sigma, learned)
     _, externals = play(predictor, messages[200:])
     assert not any(external is not None and external.contact for external in externals[:50])
@@ -162,11 +163,11 @@ def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
     change_messages, change_settings, unknown = INTERRUPTIONS[name]
     settings = PredictorSettings()
     messages = measured(settings, external=3.0 * PUSH)
-    predictor = settings.predictor(external=True)
+    predictor = Predictor(settings, external=True)
     _, before = play(predictor, messages[:200])
     assert before[-1].contact
     if change_settings:
-        PredictorSettings(change_settings).configure(predictor, settings)
+        predictor.configure(PredictorSettings.from_parameters(change_settings))
     elif change_settings is not None:
         predictor.reset()
     _, externals = play(predictor, (change_messages or list)(messages[200:]))
@@ -180,7 +181,7 @@ def test_a_stray_message_every_0_4_s_costs_no_more_than_itself(others):
     settings = PredictorSettings()
     messages = measured(settings, external=2.0 * PUSH)
     contact = []
-    predictor = settings.predictor(external=True)
+    predictor = Predictor(settings, external=True)
     for k, message in enumerate(messages):
         if k % 40 == 39:
             assert play(predictor, [stray(message, others)])[1] == [None]
@@ -192,7 +193,7 @@ def test_a_stray_message_every_0_4_s_costs_no_more_than_itself(others):
 @pytest.mark.parametrize('rate', [10.0, 5.0])
 def test_no_contact_is_reported_at_a_rate_too_low_for_it(rate):
     settings = PredictorSettings()
-    predictor = settings.predictor(external=True)
+    predictor = Predictor(settings, external=True)
     _, externals = play(predictor, measured(settings, 10.0, 1.0 / rate, 3.0 * PUSH))
     externals = [external for external in externals if external is not None]
     assert len(externals) > 40 and not any(external.contact for external in externals)
@@ -205,7 +206,7 @@ def test_without_effort_there_is_none_and_then_it_begins_anew():
     messages = measured(settings, external=PUSH)
     for i in range(200, 250):
         messages[i] = (*messages[i][:3], np.empty(0))
-    _, externals = play(settings.predictor(external=True), messages)
+    _, externals = play(Predictor(settings, external=True), messages)
     assert externals[199] and not any(externals[202:250])
     again = next(external for external in externals[250:] if external)
     np.testing.assert_array_equal(again.effort, 0.0)
@@ -215,18 +216,19 @@ def test_without_effort_there_is_none_and_then_it_begins_anew():
 def test_without_velocity_it_uses_the_slope_of_the_positions():
     settings = PredictorSettings()
     _, externals = play(
-        settings.predictor(external=True), measured(settings, external=PUSH, velocity=False))
+        Predictor(settings, external=True), measured(settings, external=PUSH, velocity=False))
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.1)
 
 
 def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():
-    with_, without = PredictorSettings({'effort_model.dahl': [3.0] * 7}), PredictorSettings()
+    without = PredictorSettings()
+    with_ = without.replace({'effort_model.dahl': [3.0] * 7})
     messages = measured(with_, 3.0)
-    predictor = with_.predictor(external=True)
+    predictor = Predictor(with_, external=True)
     play(predictor, messages[:100])
-    without.configure(predictor, with_)
+    predictor.configure(without)
     play(predictor, messages[100:200])
-    with_.configure(predictor, without)
+    predictor.configure(with_)
     stamp, *arrays = messages[200]
     step = predictor.handle(stamp, RIGHT, *arrays)
     np.testing.assert_array_equal(step.estimate.presliding, 0.0)  # nothing is known of before

@@ -8,6 +8,7 @@ from collections import Counter
 import os
 
 from baxter_dynamics_ros.estimation.events import DROPPED, Event
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
@@ -98,8 +99,8 @@ class Life(stateful.RuleBasedStateMachine):
 
     @stateful.initialize(arm=SIDE, stamp=STAMPS)
     def starts(self, arm, stamp):
-        self.settings = PredictorSettings({'arm': arm})
-        self.handlers = {arm: self.settings.predictor(external=True)}
+        self.settings = PredictorSettings(arm=arm)
+        self.handlers = {arm: Predictor(self.settings, external=True)}
         self.sent = self.contact = self.retimed = 0
         self.predicted, self.external = Counter(), Counter()  # by side
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
@@ -214,19 +215,19 @@ class Life(stateful.RuleBasedStateMachine):
     def set_parameters(self, settings, values):
         """Set parameters as the node does; return why they are refused, or an empty text."""
         try:
-            changed = PredictorSettings({
-                **self.settings.values, **{s.name: value for s, value in zip(settings, values)}})
+            changed = self.settings.replace({s.name: value for s, value in zip(settings, values)})
         except ArgumentError as error:
             return str(error)
         for handler in self.handlers.values():
-            changed.configure(handler, self.settings)
+            handler.configure(changed)
         self.settings = changed
         return ''
 
     @stateful.rule(changed=st.lists(CHANGEABLE, min_size=1, max_size=3), data=st.data())
     def parameters_are_set(self, changed, data):
         refusal = self.set_parameters(changed, [data.draw(fitting(s)) for s in changed])
-        together = ('links.', 'payload.', 'effort_model.spring_range', 'method')
+        together = ('links.', 'payload.', 'effort_model.spring_range', 'effort_model.crosstalk',
+                    'method')
         if refusal:  # in range, but these must go with each other, or be installed
             assert any(setting.name.startswith(together) for setting in changed), refusal
 
@@ -255,11 +256,10 @@ class Life(stateful.RuleBasedStateMachine):
     def ask(self, state, acceleration):
         for side, handler in self.handlers.items():
             answers = DynamicsServices(handler, self.recent[side])
-            settings = self.settings
             with np.errstate(divide='raise', over='raise', invalid='raise'):
-                gravity = answers.gravity_torques(settings, srv.GravityTorques.Request(
+                gravity = answers.gravity_torques(srv.GravityTorques.Request(
                     state=state), srv.GravityTorques.Response())
-                torque = answers.inverse_dynamics(settings, srv.InverseDynamics.Request(
+                torque = answers.inverse_dynamics(srv.InverseDynamics.Request(
                     state=state, acceleration=acceleration), srv.InverseDynamics.Response())
             for answer, *arrays in (
                     (gravity, gravity.gravity.effort, gravity.actuator_effort),

@@ -1,10 +1,11 @@
 """The momentum observer: its law, its sign, its rate, and what it does at the edges."""
 
 from baxter_dynamics_ros import BaxterArm, Payload
-from baxter_dynamics_ros.estimation.observer import GAIN, MomentumObserver
+from baxter_dynamics_ros.estimation.observer import MomentumObserver
 import numpy as np
 import pytest
 
+GAIN = 10.0  # [1/s]
 PUSH = np.array([3.0, -2.0, 1.5, -1.0, 0.5, 0.3, -0.2])  # tau_ext [N m]
 ZERO = np.zeros(7)
 W = 2 * np.pi * np.linspace(0.2, 0.5, 7)  # [rad/s]

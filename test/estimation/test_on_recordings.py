@@ -3,6 +3,7 @@
 from functools import lru_cache
 from pathlib import Path
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.effort import EffortModel
@@ -33,9 +34,10 @@ def load(folder: Path) -> tuple:
 
 def residuals(period: float, recordings: list, **values) -> list:
     """Play each recording to a predictor of its own; return what is left of each, (n, 7) [N m]."""
-    names, settings, result = joint_names('left'), PredictorSettings({'arm': 'left'} | values), []
+    names, result = joint_names('left'), []
+    settings = PredictorSettings.from_parameters({'arm': 'left'} | values)
     for recording in recordings:
-        predictor = settings.predictor()
+        predictor = Predictor(settings)
         predictions = [predictor.handle(round(i * period * 1e9), names, *arrays).prediction
                        for i, arrays in enumerate(zip(*recording))]
         result.append(np.array([p.residual for p in predictions if p is not None]))

@@ -1,7 +1,7 @@
 """The stream handler: residuals of known motion, their sign, and messages of all sorts."""
 
 from baxter_dynamics_ros.estimation.events import Event, RESETS
-from baxter_dynamics_ros.estimation.predictor import Step
+from baxter_dynamics_ros.estimation.predictor import Predictor, Step
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -45,9 +45,9 @@ def rms_residual(predictions) -> np.ndarray:
 @pytest.mark.parametrize('values', [{}, CALIBRATED, {'effort_model.enabled': False}],
                          ids=['default', 'calibrated', 'rigid'])
 def test_a_perfect_robot_has_no_residual(values):
-    settings = PredictorSettings(values)
+    settings = PredictorSettings.from_parameters(values)
     messages = measured(settings)
-    predictions = play(settings.predictor(), messages)
+    predictions = play(Predictor(settings), messages)
     assert np.std([message[3] for message in messages], axis=0)[:4].min() > 0.3  # there is effort
     assert (rms_residual(predictions) < [0.02, 0.02, 0.02, 0.02, 0.01, 0.01, 0.01]).all()
 
@@ -55,17 +55,17 @@ def test_a_perfect_robot_has_no_residual(values):
 @pytest.mark.parametrize('extra', [1.0, -1.0])
 def test_residual_is_measured_less_predicted(extra):
     settings = PredictorSettings()
-    predictions = play(settings.predictor(), measured(settings, extra=extra))
+    predictions = play(Predictor(settings), measured(settings, extra=extra))
     np.testing.assert_allclose(predictions[-1].residual, extra, atol=0.05)
 
 
 def test_fields_of_a_prediction_fit_together():
-    settings = PredictorSettings(CALIBRATED)
+    settings = PredictorSettings.from_parameters(CALIBRATED)
     messages = measured(settings)
-    prediction = play(settings.predictor(), messages)[-1]
-    np.testing.assert_allclose(prediction.tau, settings.arm.inverse_dynamics(
+    prediction = play(Predictor(settings), messages)[-1]
+    np.testing.assert_allclose(prediction.tau, settings.model.arm.inverse_dynamics(
         prediction.q, prediction.qd, prediction.qdd), rtol=1e-12)
-    np.testing.assert_allclose(prediction.effort, settings.effort_model.effort(
+    np.testing.assert_allclose(prediction.effort, settings.model.effort_model.effort(
         prediction.tau, prediction.q, prediction.qd, prediction.qdd), rtol=1e-12)
     t = np.array([(stamp - START) * 1e-9 for stamp, *_ in messages])
     then = (prediction.stamp_ns - START) * 1e-9
@@ -78,7 +78,7 @@ def test_fields_of_a_prediction_fit_together():
 def test_no_effort_means_no_residual(effort, event):
     settings = PredictorSettings()
     messages = [(stamp, q, qd, effort) for stamp, q, qd, _ in measured(settings, 60)]
-    predictor = settings.predictor()
+    predictor = Predictor(settings)
     predictions = [p for p in play(predictor, messages) if p is not None]
     assert len(predictions) == predictor.counts['predicted'] == 39
     assert all(p.residual is None and np.isfinite(p.effort).all() for p in predictions)
@@ -90,7 +90,7 @@ def test_a_single_zero_effort_is_no_missing_one():
     messages = measured(settings, 60)
     for *_, effort in messages:
         effort[1:] = 0.0
-    predictor = settings.predictor()
+    predictor = Predictor(settings)
     assert play(predictor, messages)[-1].residual is not None
     assert predictor.counts[Event.EFFORT_ALL_ZERO] == 0
 
@@ -98,7 +98,7 @@ def test_a_single_zero_effort_is_no_missing_one():
 def test_no_velocity_is_taken_from_the_positions():
     settings = PredictorSettings()
     messages = [(stamp, q, EMPTY, effort) for stamp, q, _, effort in measured(settings)]
-    predictor = settings.predictor()
+    predictor = Predictor(settings)
     predictions = play(predictor, messages)
     assert abs(messages[-1][0] - predictions[-1].stamp_ns - DELAY - MS) <= 1  # 15 ms, not 14
     assert predictor.counts[Event.VELOCITY_MISSING] == len(messages)
@@ -106,38 +106,38 @@ def test_no_velocity_is_taken_from_the_positions():
 
 
 def test_spring_held_is_counted():
-    settings = PredictorSettings({'effort_model.spring_range': [-0.5, 1.0]})
-    predictor = settings.predictor()
+    settings = PredictorSettings.from_parameters({'effort_model.spring_range': [-0.5, 1.0]})
+    predictor = Predictor(settings)
     predictions = [p for p in play(predictor, measured(settings)) if p is not None]
     held = sum(p.q[1] < -0.5 for p in predictions)
     assert predictor.counts[Event.SPRING_HELD] == held
     assert 0 < held < len(predictions)
-    predictor = PredictorSettings().predictor()
+    predictor = Predictor(PredictorSettings())
     play(predictor, measured(settings))
     assert predictor.counts[Event.SPRING_HELD] == 0
 
 
 @pytest.mark.parametrize('side, other', [('left', 'right'), ('right', 'left')])
 def test_an_arm_picks_its_own_joints(side, other):
-    settings = PredictorSettings({'arm': side})
+    settings = PredictorSettings(arm=side)
     messages = measured(settings)
     names = ('head_pan', *joint_names(other)[::-1], *joint_names(side)[::-1], 'torso_t0')
     noise = np.random.default_rng(1)
     among_others = [(stamp, *(
         np.concatenate([noise.normal(size=8), array[::-1], [np.nan]]) for array in arrays))
         for stamp, *arrays in messages]
-    alone = play(settings.predictor(), messages, joint_names(side))[-1]
-    picked = play(settings.predictor(), among_others, names)[-1]
+    alone = play(Predictor(settings), messages, joint_names(side))[-1]
+    picked = play(Predictor(settings), among_others, names)[-1]
     np.testing.assert_array_equal(picked.tau, alone.tau)
     np.testing.assert_array_equal(picked.residual, alone.residual)
-    predictor = settings.predictor()
+    predictor = Predictor(settings)
     assert not any(play(predictor, messages, joint_names(other)))
     assert predictor.counts == {'received': 300, Event.NOT_THIS_ARM: 300}
 
 
 def test_a_step_has_everything_that_a_message_gave():
-    settings = PredictorSettings({'stamps': 'header'})
-    predictor = settings.predictor(external=True)
+    settings = PredictorSettings.from_parameters({'stamps': 'header'})
+    predictor = Predictor(settings, external=True)
     for k, (stamp, *arrays) in enumerate(measured(settings, 40)):
         step = predictor.handle(stamp, RIGHT, *arrays)
         assert step.dropped is None and step.begins == (k == 0)
@@ -153,9 +153,9 @@ def test_a_step_has_everything_that_a_message_gave():
 
 
 def test_a_step_has_the_state_alone_while_the_period_of_arrivals_is_unknown():
-    settings = PredictorSettings({'stamps': 'arrival'})
+    settings = PredictorSettings.from_parameters({'stamps': 'arrival'})
     (stamp, *arrays), = measured(settings, 1)
-    step = settings.predictor(external=True).handle(stamp, RIGHT, *arrays)
+    step = Predictor(settings, external=True).handle(stamp, RIGHT, *arrays)
     assert step.dropped is None and step.begins and step.state.stamp_ns == stamp
     assert step.estimate is step.prediction is step.external is step.delay is None
 
@@ -163,8 +163,8 @@ def test_a_step_has_the_state_alone_while_the_period_of_arrivals_is_unknown():
 def test_handled_arrays_are_not_aliased():
     settings = PredictorSettings()
     messages = measured(settings, 60)
-    wanted = play(settings.predictor(), messages)[-1]
-    predictor, buffers = settings.predictor(), [np.empty(7) for _ in range(3)]
+    wanted = play(Predictor(settings), messages)[-1]
+    predictor, buffers = Predictor(settings), [np.empty(7) for _ in range(3)]
     for stamp, *arrays in messages:  # a publisher that fills the same arrays again and again
         for buffer, array in zip(buffers, arrays):
             buffer[:] = array
@@ -175,8 +175,8 @@ def test_handled_arrays_are_not_aliased():
 
 
 def test_predictions_are_read_only_and_do_not_change():
-    settings = PredictorSettings(CALIBRATED)
-    predictor, messages = settings.predictor(), measured(settings, 80)
+    settings = PredictorSettings.from_parameters(CALIBRATED)
+    predictor, messages = Predictor(settings), measured(settings, 80)
     _, *arrays = play(predictor, messages[:60])[-1]
     assert len(arrays) == 6 and not any(array.flags.writeable for array in arrays)
     copies = [array.copy() for array in arrays]
@@ -187,7 +187,7 @@ def test_predictions_are_read_only_and_do_not_change():
 def test_reset_starts_anew():
     settings = PredictorSettings()
     messages = measured(settings, 60)
-    predictor = settings.predictor()
+    predictor = Predictor(settings)
     first = play(predictor, messages)
     predictor.reset()
     once = {'received': 60, 'taken': 60, 'predicted': 39, Event.RESET_REQUESTED: 1}
@@ -201,13 +201,13 @@ def test_reset_starts_anew():
 @pytest.mark.parametrize('change', [{'acceleration.cutoff': 8.0}, {'align': False},
                                     {'acceleration.velocity_lag': 0.0}], ids=str)
 def test_another_estimator_starts_anew_and_keeps_the_counts(change):
-    before, after = PredictorSettings(), PredictorSettings(change)
+    before, after = PredictorSettings(), PredictorSettings.from_parameters(change)
     messages = measured(before, 100)
-    predictor = before.predictor()
+    predictor = Predictor(before)
     play(predictor, messages[:50])
-    after.configure(predictor, before)
+    predictor.configure(after)
     found = play(predictor, messages[50:])
-    wanted = play(after.predictor(), messages[50:])
+    wanted = play(Predictor(after), messages[50:])
     assert [p is None for p in found] == [p is None for p in wanted]
     assert found[-1].stamp_ns == wanted[-1].stamp_ns
     np.testing.assert_allclose(found[-1].residual, wanted[-1].residual, atol=1e-9)
@@ -223,7 +223,7 @@ def test_another_estimator_starts_anew_and_keeps_the_counts(change):
 def test_after_a_reset_predictions_are_withheld(event, change):
     settings = PredictorSettings()
     messages = measured(settings, 100)
-    predictor = settings.predictor()
+    predictor = Predictor(settings)
     assert play(predictor, messages[:50])[-1] is not None
     step = predictor.handle(*with_names(change(*messages[50])))
     assert step.prediction is None

@@ -1,7 +1,8 @@
 """What can happen to times of arrival: another rate, pauses, losses, and stamps of any sort."""
 
 from arrivals import increases, made, PATTERNS, run, stalled, START
-from baxter_dynamics_ros.estimation.retiming import MODES, Retiming
+from baxter_dynamics_ros.estimation.retiming import Retiming
+from baxter_dynamics_ros.estimation.stamp_evidence import MODES
 import numpy as np
 import pytest
 

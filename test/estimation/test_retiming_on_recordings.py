@@ -1,6 +1,7 @@
 """Recordings of a real arm whose messages come in bursts, re-timed: as good as even stamps."""
 
 from arrivals import bursts
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
@@ -22,7 +23,7 @@ def recording(recordings, request):
 def play(stamps, samples):
     """Return the accelerations and residuals (n, 7) of each message, NaN where there are none."""
     names = joint_names('left')
-    predictor = PredictorSettings({'arm': 'left', 'stamps': 'header'}).predictor()
+    predictor = Predictor(PredictorSettings.from_parameters({'arm': 'left', 'stamps': 'header'}))
     result = np.full((2, *samples[0].shape), np.nan)
     for i, (stamp, *sample) in enumerate(zip(stamps, *samples)):
         if stamp is not None:

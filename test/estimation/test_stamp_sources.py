@@ -4,6 +4,7 @@ import tracemalloc
 
 from arrivals import bursts, JITTER
 from baxter_dynamics_ros.estimation.events import DROPPED, Event
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -24,7 +25,7 @@ def nanoseconds(t):
 
 def play(stamps, mode='auto', rows=ROWS, receipts=bursts(T)):
     """Play rows with stamps [ns] and times of receipt [s]; return handler and predictions."""
-    predictor = PredictorSettings({'stamps': mode}).predictor(external=True)
+    predictor = Predictor(PredictorSettings.from_parameters({'stamps': mode}), external=True)
     predictions = [
         predictor.handle(int(stamp), RIGHT, *row,
                          START + RECEIPT + round(receipt * 1e9)).prediction
@@ -127,7 +128,7 @@ def test_a_burst_of_stray_messages_is_forgotten():
     burst = [(stamps[200] + k * 150_000, (q, qd, effort + 0.01 * k)) for k in range(1, 5)]
     figures = []
     for messages in (clean, clean[:201] + burst + clean[201:]):
-        predictor = PredictorSettings().predictor()
+        predictor = Predictor(PredictorSettings())
         predictions = [predictor.handle(int(stamp), RIGHT, *row).prediction
                        for stamp, row in messages]
         figures.append(rms([p for p in predictions if p is not None], 1000))
@@ -138,7 +139,7 @@ def test_a_burst_of_stray_messages_is_forgotten():
 
 @pytest.mark.parametrize('mode, step', [('auto', 0), ('header', 1)])
 def test_memory_does_not_grow(mode, step):
-    predictor = PredictorSettings({'stamps': mode}).predictor(external=True)
+    predictor = Predictor(PredictorSettings.from_parameters({'stamps': mode}), external=True)
     random = np.random.default_rng(0)
 
     def send(n, first):

@@ -1,6 +1,7 @@
 """Measured velocity against positions: zero, frozen, other units, and real recordings."""
 
 from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.estimation.velocity_check import VelocityCheck
 from baxter_dynamics_ros.model.joints import joint_names
@@ -18,7 +19,7 @@ WRONG = {'zero': lambda qd: 0.0 * qd, 'frozen': lambda qd: 0.0 * qd + 0.3,
 
 def play(spoil, until=len(T)):
     """Play a perfect robot, with velocity spoilt in the first messages."""
-    predictor = PredictorSettings().predictor(external=True)
+    predictor = Predictor(PredictorSettings(), external=True)
     made = []
     for k, (q, qd, effort) in enumerate(zip(*measured(PredictorSettings(), T))):
         made.append(predictor.handle(START + k * 10_000_000, RIGHT, q,
@@ -46,7 +47,7 @@ def test_measured_velocity_is_used_again_when_it_agrees():
 
 
 def test_frozen_positions_are_reported():
-    predictor = PredictorSettings().predictor()
+    predictor = Predictor(PredictorSettings())
     for k in range(200):
         predictor.handle(START + k * 10_000_000, RIGHT, np.zeros(7), np.full(7, 0.3),
                          np.full(7, 1.0 + 0.01 * (k % 3)))

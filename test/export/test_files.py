@@ -139,9 +139,10 @@ def described(request):
     """Return the settings of an arm, and its exported URDF."""
     if not any((Path(folder) / 'cmeel.prefix/share/hpp-baxter').is_dir() for folder in sys.path):
         pytest.skip('needs the description: pip install hpp-baxter')
-    settings = PredictorSettings({'arm': request.param, **SETTINGS})
-    ((name, text),) = urdf.files(settings.arm, 'baxter_dynamics export --params x', request.param,
-                                 settings.effort_model).items()
+    settings = PredictorSettings.from_parameters({'arm': request.param, **SETTINGS})
+    ((name, text),) = urdf.files(
+        settings.model.arm, 'baxter_dynamics export --params x', request.param,
+        settings.model.effort_model).items()
     assert name == f'baxter_{request.param}.urdf'
     return settings, text
 
@@ -149,8 +150,8 @@ def described(request):
 def test_pinocchio_on_the_urdf(described, pin, random_states):
     settings, text = described
     model = pin.buildModelFromXML(text)
-    model.gravity.linear = settings.arm.gravity_vector
-    data, names = model.createData(), joint_names(settings.values['arm'])
+    model.gravity.linear = settings.model.arm.gravity_vector
+    data, names = model.createData(), joint_names(settings.arm)
     q_at, v_at = ([getattr(model.joints[model.getJointId(name)], index) for name in names]
                   for index in ('idx_q', 'idx_v'))
     for q, qd, qdd in zip(*random_states(50)):
@@ -158,7 +159,7 @@ def test_pinocchio_on_the_urdf(described, pin, random_states):
             model.nv)
         position[q_at], velocity[v_at], acceleration[v_at] = q, qd, qdd
         tau = pin.rnea(model, data, position, velocity, acceleration)[v_at]
-        np.testing.assert_allclose(tau, settings.arm.inverse_dynamics(q, qd, qdd), rtol=0.0,
+        np.testing.assert_allclose(tau, settings.model.arm.inverse_dynamics(q, qd, qdd), rtol=0.0,
                                    atol=1e-9)
 
 
@@ -170,27 +171,29 @@ def test_mujoco_on_the_urdf(described, random_states):
         for shape in link.findall('visual') + link.findall('collision'):
             link.remove(shape)
     model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding='unicode'))
-    model.opt.gravity[:] = settings.arm.gravity_vector
+    model.opt.gravity[:] = settings.model.arm.gravity_vector
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    data, names = mujoco.MjData(model), joint_names(settings.values['arm'])
+    data, names = mujoco.MjData(model), joint_names(settings.arm)
     at = [model.joint(name).dofadr[0] for name in names]
-    np.testing.assert_array_equal(model.dof_damping[at], settings.effort_model.viscous)
-    np.testing.assert_array_equal(model.dof_frictionloss[at], settings.effort_model.coulomb)
+    np.testing.assert_array_equal(model.dof_damping[at], settings.model.effort_model.viscous)
+    np.testing.assert_array_equal(model.dof_frictionloss[at], settings.model.effort_model.coulomb)
     for q, qd, qdd in zip(*random_states(5)):
         data.qpos[:], data.qvel[:], data.qacc[:] = 0.0, 0.0, 0.0
         data.qpos[[model.joint(name).qposadr[0] for name in names]] = q
         data.qvel[at], data.qacc[at] = qd, qdd
         mujoco.mj_inverse(model, data)
-        tau = settings.arm.inverse_dynamics(q, qd, qdd) + settings.effort_model.viscous * qd
+        tau = settings.model.arm.inverse_dynamics(q, qd, qdd)
+        tau = tau + settings.model.effort_model.viscous * qd
         np.testing.assert_allclose(data.qfrc_inverse[at], tau, rtol=0.0, atol=1e-9)
 
 
 def test_a_description_of_another_robot_is_refused(tmp_path, described):
     settings, text = described
     path = tmp_path / 'other.urdf'
-    for change, problem in (((settings.values['arm'] + '_e1"', 'elbow"'), 'no joint'),
+    for change, problem in (((settings.arm + '_e1"', 'elbow"'), 'no joint'),
                             (('<robot', 'robot'), 'cannot be read as URDF'),
                             (('0.069', '0.269'), 'lies elsewhere')):
         path.write_text(text.replace(*change))
         with pytest.raises(Exception, match=problem):
-            urdf.files(settings.arm, '', settings.values['arm'], settings.effort_model, path)
+            urdf.files(settings.model.arm, '', settings.arm, settings.model.effort_model,
+                       path)

@@ -1,5 +1,6 @@
 """Dahl's friction: its law, its hysteresis, and its place in the stream handler."""
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.model.presliding import Presliding
@@ -54,24 +55,26 @@ def residuals(predictor, angles, start=10 ** 18):
 def test_predictor_adds_it_and_resets_it_with_the_filter():
     dahl = np.arange(1.0, 8.0)
     angles = 0.3 + 0.1 * np.sin(2.0 * np.arange(0.0, 6.0, 0.01))
-    without, with_ = PredictorSettings(), PredictorSettings({'effort_model.dahl': dahl})
-    predictor = with_.predictor()
-    friction = residuals(predictor, angles) - residuals(without.predictor(), angles)
+    without = PredictorSettings()
+    with_ = without.replace({'effort_model.dahl': dahl})
+    predictor = Predictor(with_)
+    friction = residuals(predictor, angles) - residuals(Predictor(without), angles)
     np.testing.assert_allclose(np.abs(friction).max(0), dahl, rtol=1e-3)
     np.testing.assert_allclose(friction / dahl, friction[:, :1] * np.ones(7), atol=1e-9)
     predictor.reset()
-    again = residuals(predictor, angles, 2 * 10 ** 18) - residuals(without.predictor(), angles)
+    again = residuals(predictor, angles, 2 * 10 ** 18) - residuals(Predictor(without), angles)
     np.testing.assert_array_equal(again[0], 0.0)
 
 
 def test_estimate_and_predict_take_batches_as_handle_takes_one():
-    settings = PredictorSettings({'effort_model.dahl': [0.5] * 7, 'effort_model.coulomb': [1.] * 7,
-                                  'effort_model.stiffness': [0.2] * 7})
+    settings = PredictorSettings.from_parameters({
+        'effort_model.dahl': [0.5] * 7, 'effort_model.coulomb': [1.0] * 7,
+        'effort_model.stiffness': [0.2] * 7})
     names, t = joint_names('right'), 0.01 * np.arange(300)
     q = 0.3 + 0.2 * np.sin(np.multiply.outer(t, np.arange(1.0, 8.0)))
     qd, effort = np.gradient(q, axis=0) / 0.01, 0.1 + np.cos(q)
     rows = [(10 ** 18 + 10 ** 7 * k, names, *row) for k, row in enumerate(zip(q, qd, effort))]
-    one_by_one, stacked = settings.predictor(), settings.predictor()
+    one_by_one, stacked = Predictor(settings), Predictor(settings)
     predictions = [step.prediction for step in (one_by_one.handle(*row) for row in rows)
                    if step.prediction]
     estimates = [step.estimate for step in (stacked.estimate(*row) for row in rows)

@@ -37,8 +37,9 @@ def test_it_turns_and_does_nothing_else(rng, roll, pitch):
 
 
 def test_tilt_as_setting_is_gravity_as_setting():
-    tilted = PredictorSettings({'base.roll': 0.2, 'base.pitch': -0.1})
-    turned = PredictorSettings({'gravity': gravity_in_base(DOWN, 0.2, -0.1).tolist()})
+    tilted = PredictorSettings.from_parameters({'base.roll': 0.2, 'base.pitch': -0.1})
+    turned = PredictorSettings(gravity=tuple(gravity_in_base(DOWN, 0.2, -0.1)))
     q = np.linspace(-1.0, 1.0, 7)
-    np.testing.assert_array_equal(tilted.arm.gravity(q), turned.arm.gravity(q))
-    assert np.abs(tilted.arm.gravity(q) - PredictorSettings().arm.gravity(q)).max() > 1.0
+    np.testing.assert_array_equal(tilted.model.arm.gravity(q), turned.model.arm.gravity(q))
+    level = PredictorSettings().model.arm.gravity(q)
+    assert np.abs(tilted.model.arm.gravity(q) - level).max() > 1.0

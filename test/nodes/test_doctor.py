@@ -21,9 +21,9 @@ QUANTUM = 3.927e-4  # of the velocity [rad/s]
 def rows(n, **changes):
     """Return joint states of two arms at rest: stamp [ns], names, position, velocity, effort."""
     random = np.random.default_rng(0)
-    settings = PredictorSettings()
+    model = PredictorSettings().model
     still = np.zeros(7)
-    static = settings.effort_model.effort(settings.arm.gravity(POSTURE), POSTURE, still, still)
+    static = model.effort_model.effort(model.arm.gravity(POSTURE), POSTURE, still, still)
     made = []
     for k in range(n):
         qd = QUANTUM * random.integers(-30, 30, 15)

@@ -4,6 +4,7 @@ import json
 import signal
 import time
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
@@ -177,7 +178,7 @@ def test_a_recording_gives_the_residual_that_it_gives_offline(
                     'stamp', 'position', 'velocity', 'effort')))]
     played = tmp_path / 'rows.json'
     played.write_text('\n'.join(map(json.dumps, rows)))
-    predictor = PredictorSettings({'arm': 'right'}).predictor()
+    predictor = Predictor(PredictorSettings(arm='right'))
     offline = [made for stamp, names, *fields in rows if (made := predictor.handle(
         stamp, names, *map(np.array, fields)).prediction) is not None]
     assert len(offline) > 100

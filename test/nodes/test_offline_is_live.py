@@ -2,7 +2,7 @@
 
 import json
 
-from baxter_dynamics_ros.estimation.settings import DEFAULTS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 import numpy as np
@@ -85,7 +85,7 @@ def read(bag):
 def test_evaluate_saves_what_the_node_publishes(
         robot, start_predictor, command, make_bag, messages, tmp_path):
     parameters = tmp_path / 'my_robot.yaml'
-    write_parameters(parameters, {**DEFAULTS, **CALIBRATION})
+    write_parameters(parameters, PredictorSettings.from_parameters(CALIBRATION))
     code, _, err = command('evaluate', make_bag(messages), '--params', parameters, '--output',
                            tmp_path / 'report', '--save-bag', tmp_path / 'new')
     assert (code, err) == (0, '')

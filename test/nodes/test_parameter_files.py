@@ -104,7 +104,7 @@ def _by_reader(files, namespace):
         assert '\n' not in str(error)
         return str(error)
     return {name: list(value) if isinstance(value, tuple) else value
-            for name, value in PredictorSettings(values).values.items()}
+            for name, value in PredictorSettings.from_parameters(values).parameters().items()}
 
 
 def test_values_and_refusals_agree(tmp_path):

@@ -21,7 +21,7 @@ def simulator(robot):
     """Return a function that plays a motion at times t [s]; effort nan, absent or present."""
     publisher = robot.create_publisher(JointState, '/joint_states', 1000)
     clock = robot.create_publisher(Clock, '/clock', 10)
-    arm = PredictorSettings().arm
+    arm = PredictorSettings().model.arm
 
     def play(sine, t, effort):
         for x in t:

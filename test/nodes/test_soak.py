@@ -5,6 +5,7 @@ from pathlib import Path
 import tracemalloc
 
 from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes.messages import from_field, joint_state, stamp_ns
@@ -40,7 +41,7 @@ def test_the_stream_handler_loses_nothing_and_stays_as_it_is(soak):
 
 
 def test_the_stream_handler_keeps_nothing(soak):
-    predictor = PredictorSettings().predictor(external=True)
+    predictor = Predictor(PredictorSettings(), external=True)
     traced = []
     tracemalloc.start()
     try:
@@ -89,7 +90,7 @@ def arbitrary(n: int):
 
 
 def test_arbitrary_messages_are_all_counted_and_the_node_still_answers(robot, predictor, stamps):
-    handler = PredictorSettings().predictor(external=True)
+    handler = Predictor(PredictorSettings(), external=True)
     expected = []
     for message in arbitrary(800):
         robot.publisher.publish(message)

@@ -1,5 +1,6 @@
 """The node on a stream: what it publishes is what the stream handler computes, and is right."""
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -19,7 +20,7 @@ def test_publishes_what_the_handler_computes(robot, start_predictor, sine, stamp
                                              check_fields):
     start_predictor('-p', f'arm:={side}', ROS_PYTHON_CHECK_FIELDS=check_fields)
     _, rows = synthetic(sine)
-    offline = PredictorSettings({'arm': side}).predictor()
+    offline = Predictor(PredictorSettings(arm=side))
     expected = [offline.handle(10 ** 18 + k * 10_000_000, joint_names(side), *row).prediction
                 for k, row in enumerate(rows)]
     expected = {p.stamp_ns: p for p in expected if p is not None}

@@ -3,6 +3,7 @@
 import time
 
 from arrivals import bursts
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -54,7 +55,7 @@ def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external
     t = np.arange(0.0, 6.0, 0.01)
     arrivals = bursts(t)
     sent, rows = nanoseconds(arrivals), rows_of(sine, t)
-    offline = PredictorSettings().predictor()
+    offline = Predictor(PredictorSettings())
     steps = [offline.handle(stamp, joint_names('right'), *row) for stamp, row in zip(sent, rows)]
     expected = [step.prediction.stamp_ns for step in steps if step.prediction]
     robot.spin(0.3)

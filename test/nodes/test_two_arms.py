@@ -1,5 +1,6 @@
 """Two arms are two nodes: each predicts its arm from the same joint states."""
 
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
 import numpy as np
@@ -26,7 +27,8 @@ def test_each_node_predicts_its_arm_with_its_parameters(robot, start, sine):
         robot.send(START + k * 10_000_000, names, *row)
     robot.until(lambda: all(len(residuals[side]) == 60 - 21 for side in SIDES))
     for side in SIDES:
-        alone = PredictorSettings({'arm': side, 'payload.mass': LOAD[side]}).predictor()
+        alone = Predictor(PredictorSettings.from_parameters(
+            {'arm': side, 'payload.mass': LOAD[side]}))
         steps = [alone.handle(START + k * 10_000_000, names, *row) for k, row in enumerate(rows)]
         assert [list(m.effort) for m in residuals[side]] == [
             step.prediction.residual.tolist() for step in steps if step.prediction]

@@ -20,7 +20,7 @@ def test_every_setting_round_trips_with_seven_digits(tmp_path, all_changed):
     write_parameters(tmp_path / 'p.yaml', all_changed)
     values = read_parameters(tmp_path / 'p.yaml')
     assert set(values) == set(DEFAULTS)
-    for name, wanted in all_changed.items():
+    for name, wanted in all_changed.parameters().items():
         found = values[name]
         if isinstance(wanted, tuple):
             assert found == [float(f'{x:.7g}') for x in wanted] != list(wanted), name
@@ -28,14 +28,14 @@ def test_every_setting_round_trips_with_seven_digits(tmp_path, all_changed):
             assert found == float(f'{wanted:.7g}') != wanted, name
         else:
             assert found == wanted, name
-    PredictorSettings(values)
+    PredictorSettings.from_parameters(values)
 
 
 def test_only_the_arm_and_changed_settings_are_written(tmp_path):
     path = tmp_path / 'p.yaml'
-    write_parameters(path, dict(DEFAULTS))
+    write_parameters(path, PredictorSettings())
     assert read_parameters(path) == {'arm': 'right'}
-    write_parameters(path, {**DEFAULTS, 'arm': 'left', 'payload.mass': 0.25})
+    write_parameters(path, PredictorSettings(arm='left').replace({'payload.mass': 0.25}))
     assert read_parameters(path) == {'arm': 'left', 'payload.mass': 0.25}
     assert yaml.safe_load(path.read_text()) == {
         '/**': {'ros__parameters': {'arm': 'left', 'payload': {'mass': 0.25}}}}
@@ -45,8 +45,8 @@ def test_only_the_arm_and_changed_settings_are_written(tmp_path):
 def test_numbers_have_a_decimal_point(tmp_path, mass):
     """Without one, ROS takes them for integers and refuses them."""
     path = tmp_path / 'p.yaml'
-    write_parameters(path, {**DEFAULTS, 'payload.mass': mass,
-                            'gravity': (mass, -mass, 0.0)})
+    write_parameters(path, PredictorSettings.from_parameters(
+        {'payload.mass': mass, 'gravity': (mass, -mass, 0.0)}))
     parameters = yaml.safe_load(path.read_text())['/**']['ros__parameters']
     for number in (parameters['payload']['mass'], *parameters['gravity']):
         assert type(number) is float
@@ -62,7 +62,7 @@ def test_numbers_have_a_decimal_point(tmp_path, mass):
     'b\n/**:\n  ros__parameters:\n    arm: middle'], ids=lambda comment: ascii(comment[:12]))
 def test_comments_of_any_kind_stay_comments(tmp_path, comment):
     path = tmp_path / 'p.yaml'
-    write_parameters(path, {**DEFAULTS, 'arm': 'left'}, ['first', comment, 'last'])
+    write_parameters(path, PredictorSettings(arm='left'), ['first', comment, 'last'])
     assert read_parameters(path) == {'arm': 'left'}
     lines = path.read_text(encoding='utf-8').split('\n')
     assert (lines[0], lines[2], lines[3]) == ('# first', '# last', '/**:')

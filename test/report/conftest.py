@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from baxter_dynamics_ros.calibration.calibration_results import Calibration, Judged, Selection
 from baxter_dynamics_ros.calibration.term import Fitted
-from baxter_dynamics_ros.estimation.settings import DEFAULTS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
                                                                Evaluation, METHODS, TERMS)
 from baxter_dynamics_ros.recordings.notices import Notice
@@ -55,9 +55,9 @@ def calibration():
         Fitted('tilt', None, 'y', 'm/s^2', 0.0, -0.0856, 0.0342)]
     judged = [Judged('varied', 30.0, BEFORE, 0.5 * BEFORE),
               Judged('laps', 10.0, BEFORE, BEFORE * [0.25, 0.5, 1.5, 0.5, 0.5, 0.5, 0.5])]
-    before = {**DEFAULTS, 'arm': 'left'}
+    before = PredictorSettings(arm='left')
     return Calibration(
-        arm='left', before=before, values={**before, **changes}, parameters=parameters,
+        arm='left', before=before, after=before.replace(changes), parameters=parameters,
         steps=steps, judged=judged, by_time=False,
         lag=Lag(0.0133, 3e-5, np.array([0.0133] * 5 + [0.02, np.nan])),
         check=None, contacts=[], notices=(Notice(

@@ -111,9 +111,9 @@ def test_what_is_odd_about_the_robot(calibration):
 
 def test_a_lag_that_was_taken_over_and_one_that_could_not_be_measured(calibration):
     from baxter_dynamics_ros.report.robot_findings import remarks
-    values = {**calibration.values, 'acceleration.velocity_lag': 0.03}
+    after = calibration.after.replace({'acceleration.velocity_lag': 0.03})
     lag = calibration.lag._replace(value=0.03, per_joint=np.full(7, 0.03))
-    found = says(remarks(replace(calibration, values=values, lag=lag)))
+    found = says(remarks(replace(calibration, after=after, lag=lag)))
     assert 'have what was measured; before and after' in found['Velocity lag']
     found = says(remarks(replace(calibration, lag=None)))
     assert found['Velocity lag'].startswith('Not measured')

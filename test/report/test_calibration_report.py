@@ -38,8 +38,8 @@ def poor(nothing_kept, tmp_path_factory):
 @pytest.fixture(scope='module')
 def nothing_kept(calibration):
     """Return a calibration that kept no term, and judged a perfect prediction by time."""
-    off = {**calibration.before, 'effort_model.enabled': False}
-    return replace(calibration, before=off, values=off, parameters=[], notices=(), by_time=True,
+    off = calibration.before.replace({'effort_model.enabled': False})
+    return replace(calibration, before=off, after=off, parameters=[], notices=(), by_time=True,
                    steps=[Selection(term, (), np.zeros(7)) for term in ('', 'bias')], lag=None,
                    judged=[Judged(f'run, part {i}', 5.0, np.zeros(7), np.zeros(7))
                            for i in range(5)])
@@ -252,13 +252,13 @@ def test_the_spring_is_shaded_where_it_was_measured(calibration):
     panels, shaded = paths(svg, '#ffffff')[1:], paths(svg, '#e6eef6')
     for panel, shade in zip(panels, shaded[:2]):
         assert width(shade) / width(panel) == pytest.approx(1.45 / 2.9, abs=0.01)
-    off = {**calibration.values, 'effort_model.enabled': False}
-    assert spring_picture('x', replace(calibration, before=off, values=off)) is None
+    off = calibration.after.replace({'effort_model.enabled': False})
+    assert spring_picture('x', replace(calibration, before=off, after=off)) is None
 
 
 def test_friction_with_a_memory_is_a_loop(calibration):
-    from baxter_dynamics_ros.report.model_figures import effort_model, friction_loop
-    angle, friction = friction_loop(effort_model(calibration.values), 1)
+    from baxter_dynamics_ros.report.model_figures import friction_loop
+    angle, friction = friction_loop(calibration.after.model.effort_model, 1)
     assert (angle.min(), angle.max()) == pytest.approx((-0.1, 0.1), abs=1e-3)
     # Over 0.2 rad z goes from -a to a = tanh(0.2 / (2 0.05)).
     assert friction.max() == pytest.approx(1.5 * np.tanh(2.0), abs=0.01)

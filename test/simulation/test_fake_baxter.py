@@ -1,6 +1,7 @@
 """The fake Baxter behaves as the real one was measured to."""
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.exceptions import ArgumentError
@@ -31,7 +32,7 @@ def run(robot, seconds, side='right'):
 
 def residuals(robot, seconds, settings=None, side='right'):
     """Return what the predictor leaves over on the robot, (n, 7) [N m]."""
-    predictor = PredictorSettings({'arm': side, **(settings or {})}).predictor()
+    predictor = Predictor(PredictorSettings.from_parameters({'arm': side, **(settings or {})}))
     result = []
     for k in range(1, round(seconds / PERIOD) + 1):
         robot.advance(k * PERIOD)
