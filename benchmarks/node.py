@@ -44,7 +44,7 @@ class Driver(Node):
         # Never spun: its messages are dropped by the middleware at no cost to Python.
         self.listener = Node('listener')
         for name, kind in OUTPUTS.items():
-            topic = topics.below_node(name).replace('~', '/torque_predictor')
+            topic = f'/torque_predictor/{name}'
             if name == topics.EFFORT_RESIDUAL:
                 self.residual = topic
                 self.create_subscription(kind, topic, self._on_residual, 1000)

@@ -21,7 +21,7 @@ class Relay(Node):
     def __init__(self):
         super().__init__('torque_predictor')
         self._publishers_ = [(kind, self.create_publisher(
-            kind, topics.below_node(name), topics.PUBLISHER_QOS))
+            kind, f'~/{name}', topics.PUBLISHER_QOS))
             for name, kind in OUTPUTS.items()]
         self.create_subscription(
             JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,

@@ -99,7 +99,7 @@ def through_node(n: int) -> Soak:
     rclpy.init(args=[])
     node, residuals, reports = rclpy.create_node('soak'), [], []
     publisher = node.create_publisher(JointState, topics.JOINT_STATES, 1000)
-    topic = topics.below_node(topics.EFFORT_RESIDUAL).replace('~', '/torque_predictor')
+    topic = f'/torque_predictor/{topics.EFFORT_RESIDUAL}'
     node.create_subscription(JointState, topic, lambda message: residuals.append(1), 1000)
     node.create_subscription(
         DiagnosticArray, topics.DIAGNOSTICS, lambda message: reports.append(

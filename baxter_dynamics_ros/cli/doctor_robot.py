@@ -10,7 +10,7 @@ from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.joints import joint_names, S1, SIDES
 from ..ros1 import joint_state
-from ..ros1.errors import Ros1Error, Step
+from ..ros1.errors import Ros1Error, Stage
 from ..ros1.joint_state import JointState
 from ..ros1.network import resolve
 from ..ros1.subscriber import Subscriber
@@ -64,7 +64,7 @@ def _network(subscriber: Subscriber, topic: str) -> Iterator[Check]:
     if topic not in state.publishers:
         others = sorted(name for name, kind in types.items()
                         if kind == joint_state.TYPE and name in state.publishers)
-        raise Ros1Error(Step.TOPIC, f'{topic} is not published',
+        raise Ros1Error(Stage.TOPIC, f'{topic} is not published',
                         f'give one of {", ".join(others)} as --topic' if others else
                         'has the robot finished starting?')
     yield Check('topic', True, f'{topic} is {types.get(topic, "of an unknown type")}')
@@ -89,7 +89,7 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
     _wait(lambda: bool(states))
     if not states:
         raise next(iter(subscriber.problems(topic)), Ros1Error(
-            Step.STREAM, f'nothing arrives on {topic}', 'is the robot enabled?'))
+            Stage.STREAM, f'nothing arrives on {topic}', 'is the robot enabled?'))
     names = states[0].name
     yield Check('message', True, f'{len(names)} joints, {names[0]} ... {names[-1]}' if names
                 else 'without joints')
@@ -177,7 +177,7 @@ def _firmware(side: str, qd: Array) -> Check:
 
 
 def _failure(error: Ros1Error) -> Check:
-    return Check(error.step.value, False, error.found, error.remedy)
+    return Check(error.stage.value, False, error.cause, error.remedy)
 
 
 def _wait(condition: Callable[[], bool]) -> None:

@@ -71,7 +71,7 @@ class FakeBaxterNode(ParameterNode):
         self._rejected = 0  # number of torque commands
         self._was_commanded = False
         self.create_subscription(
-            JointState, topics.below_node(topics.JOINT_TORQUE_COMMAND), self._on_command,
+            JointState, f'~/{topics.JOINT_TORQUE_COMMAND}', self._on_command,
             topics.SUBSCRIPTION_QOS)
         self._publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)

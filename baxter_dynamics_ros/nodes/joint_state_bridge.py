@@ -3,16 +3,14 @@
 import os
 import sys
 import threading
-import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidTopicNameException
 from sensor_msgs.msg import JointState
 
 from . import topics
+from .diagnostic_updater import DiagnosticUpdater, ERROR, OK, Status, WARN
 from .messages import set_stamp
 from .process import run
 from .ros_parameters import ParameterNode
@@ -24,7 +22,6 @@ from ..ros1.source import Source
 from ..ros1.subscriber import SILENCE, Subscriber
 
 CLOCKS = ('local', 'robot', 'receipt')
-_DIAGNOSTICS_PERIOD = 1.0  # [s]
 
 
 class JointStateBridge(ParameterNode):
@@ -48,17 +45,14 @@ class JointStateBridge(ParameterNode):
                                 '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
         self._lock = threading.Lock()
         self._topics = {name: self._publisher(name) for name in names}
-        self._diagnostics = self.create_publisher(
-            DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
         try:
             self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
                                           self.get_logger().info)
         except Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
-        self._reported_at = time.monotonic()
-        self._reported: dict[str, str] = {}  # status name -> last message, to log changes
-        self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
-                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        DiagnosticUpdater(self, 'baxter', lambda period: {
+            'master': self._master_status(),
+            **{topic: self._topic_status(topic, period) for topic in self._topics}})
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
         self._subscriber.start()
 
@@ -85,71 +79,41 @@ class JointStateBridge(ParameterNode):
             return arrival_ns
         return stamp_ns + source.clock.offset_ns
 
-    def _on_diagnostics(self) -> None:
-        now = time.monotonic()
-        seconds, self._reported_at = now - self._reported_at, now
-        message = DiagnosticArray()
-        message.header.stamp = self.get_clock().now().to_msg()
-        message.status = [self._master_status(), *(
-            self._topic_status(topic, seconds) for topic in self._topics)]
-        name = self.get_fully_qualified_name().lstrip('/')
-        for status in message.status:
-            self._log_change(status)
-            status.name = f'{name}: {status.name}'
-            status.hardware_id = 'baxter'
-        self._diagnostics.publish(message)
-
-    def _master_status(self) -> DiagnosticStatus:
+    def _master_status(self) -> Status:
         subscriber = self._subscriber
-        status = DiagnosticStatus(
-            name='master', level=DiagnosticStatus.OK,
-            message=f'connected to {subscriber.master.endpoint.uri}')
+        values: dict[str, object] = {
+            'address': subscriber.master.address,
+            'reachable from the master': subscriber.is_called,
+            'malformed headers and messages': subscriber.malformed,
+            'reconnections': subscriber.reconnections}
         if subscriber.problem is not None:
-            status.level, status.message = DiagnosticStatus.ERROR, str(subscriber.problem)
-        _add(status, {'address': subscriber.master.address,
-                      'reachable from the master': subscriber.is_called,
-                      'malformed headers and messages': subscriber.malformed,
-                      'reconnections': subscriber.reconnections})
-        return status
+            return Status(ERROR, str(subscriber.problem), values)
+        return Status(OK, f'connected to {subscriber.master.endpoint.uri}', values)
 
-    def _topic_status(self, topic: str, seconds: float) -> DiagnosticStatus:
+    def _topic_status(self, topic: str, period: float) -> Status:
         sources = self._subscriber.sources(topic)
         for source in sources:
-            source.close_period(seconds)
-        silent = self._subscriber.silent_for(topic) > SILENCE
+            source.close_period(period)
+        is_silent = self._subscriber.silent_for(topic) > SILENCE
         problems = self._subscriber.problems(topic)
         others = self.count_publishers(topic) - 1
-        status = DiagnosticStatus(name=topic, level=DiagnosticStatus.OK,
-                                  message=f'receiving joint states on {topic}')
-        if problems or silent:
-            status.level = DiagnosticStatus.ERROR if silent else DiagnosticStatus.WARN
-            status.message = '; '.join(dict.fromkeys(map(str, problems))) or (
-                f'waiting for {topic}')
+        status = Status(OK, f'receiving joint states on {topic}')
+        if problems or is_silent:
+            status = Status(ERROR if is_silent else WARN, '; '.join(
+                dict.fromkeys(map(str, problems))) or f'waiting for {topic}')
         elif others > 0:
-            status.level = DiagnosticStatus.WARN
-            status.message = (f'{topic} has {others} other publishers in ROS 2: joint states may '
-                              'arrive twice; check for a second bridge')
-        _add(status, {'publishers': len(self._subscriber.connections(topic)),
-                      'other publishers in ROS 2': others})
-        for source in sources:
-            _add(status, {f'{source.publisher} {key}': value for key, value in (
+            status = Status(WARN, f'{topic} has {others} other publishers in ROS 2: joint states '
+                            'may arrive twice; check for a second bridge')
+        status.values = {
+            'publishers': len(self._subscriber.connections(topic)),
+            'other publishers in ROS 2': others,
+            **{f'{source.publisher} {key}': value for source in sources for key, value in (
                 ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
                 ('lost', source.lost), ('repeated', source.repeated),
                 ('clock offset [s]', f'{source.clock.offset_ns * 1e-9:.6f}'),
                 ('jitter of arrival [s]', f'{source.jitter:.6f}'),
-                ('clock steps', source.clock.steps))})
+                ('clock steps', source.clock.steps))}}
         return status
-
-    def _log_change(self, status: DiagnosticStatus) -> None:
-        before = self._reported.get(status.name)
-        text = f'{status.name}: {status.message}'
-        if status.message == before:
-            return
-        if status.level != DiagnosticStatus.OK:
-            self.get_logger().warning(text)
-        elif before:
-            self.get_logger().info(text)
-        self._reported[status.name] = status.message
 
     def _publisher(self, topic: str) -> Any:
         try:
@@ -159,10 +123,6 @@ class JointStateBridge(ParameterNode):
             pass
         raise ArgumentError('topics', f'expected full topic names such as {topics.JOINT_STATES}, '
                             f'got {topic!r}')
-
-
-def _add(status: DiagnosticStatus, values: dict[str, Any]) -> None:
-    status.values += [KeyValue(key=key, value=str(value)) for key, value in values.items()]
 
 
 def main(args: list[str] | None = None) -> int:

@@ -8,16 +8,10 @@ class MessageLoss:
     rclpy does not report the publisher of a message, so each number is attributed to the publisher
     whose last number it follows most closely. The middleware's own message-lost event does not
     count messages that a full queue replaces.
-
-    Attributes
-    ----------
-    lost : int
-        Number of messages lost.
-
     """
 
     def __init__(self) -> None:
-        self.lost = 0
+        self.lost = 0  # number of messages
         self._last: list[int] = []  # sequence number of each publisher's newest message
         self._new = 0  # publishers that have matched but not sent anything yet
 
@@ -25,7 +19,7 @@ class MessageLoss:
         """Process a change in the total number of matched publishers."""
         self._new += change
 
-    def received(self, number: 'int | None') -> None:
+    def received(self, number: int | None) -> None:
         """Process the sequence number of a message; None if the middleware provides none."""
         if number is None:
             return

@@ -5,8 +5,9 @@ from collections import Counter
 import numpy as np
 
 from ..estimation.events import Event
+from ..estimation.predictor import Step
 from ..estimation.wrench import HandWrench
-from ..model.arrays import Array, Bools
+from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
 
@@ -16,83 +17,65 @@ class PeriodStatistics:
 
     Attributes
     ----------
+    counts : Counter
+        Counts since the start of the node, at the end of the last period.
     rate : float
-        Rate of accepted joint states in the last closed period [Hz].
+        Rate of accepted joint states in the last period [Hz].
     highest_rate : float
-        Larger rate of the last two closed periods [Hz], as a stream may start or end within a
-        period. Infinite if nothing arrived in the first of them.
+        Larger rate of the last two periods [Hz], as a stream may start or end within a period.
+        Infinite if nothing arrived in the first of them.
     dry : float
         Time with joint states but without predictions [s].
-    withheld : int
-        Number of wrenches withheld near singularities since the start.
+    residual_rms : ndarray (7,) or None
+        RMS of the residuals in the last period [N m]; None if there were none.
     touched : ndarray (7,) of bool
-        Joints that have been in contact in this period.
+        Joints that were in contact in the last period.
     unexplained : float or None
         Joint torque that the last wrench does not explain [N m].
 
     """
 
     def __init__(self) -> None:
-        self._before: Counter[Event | str] = Counter()  # counts at the end of the previous period
-        self._counts: Counter[Event | str] = Counter()  # counts at the end of the last period
+        self.counts: Counter[Event | str] = Counter()
+        self._before = self.counts
         self.rate = self.highest_rate = float('inf')
         self.dry = 0.0
-        self.withheld = 0
+        self.residual_rms: Array | None = None
+        self.touched = np.zeros(N_JOINTS, dtype=bool)
         self.unexplained: float | None = None
-        self._lost = 0
-        self._failures = 0
-        self.begin()
+        self._withheld = 0  # number of wrenches
+        self._begin()
 
-    def begin(self) -> None:
-        """Begin a new period."""
+    def _begin(self) -> None:
         self._square = np.zeros(N_JOINTS)
         self._residuals = 0
-        self.touched = np.zeros(N_JOINTS, dtype=bool)
-        self._withheld_before = self.withheld
+        self._touched = np.zeros(N_JOINTS, dtype=bool)
+
+    def add(self, step: Step) -> None:
+        """Add the results of a joint state."""
+        if step.prediction is not None and step.prediction.residual is not None:
+            self._square += step.prediction.residual ** 2
+            self._residuals += 1
+        if step.external is not None and step.external.contact:
+            self._touched |= step.external.joints
+
+    def add_wrench(self, wrench: HandWrench | None) -> None:
+        """Add a wrench; None counts as withheld."""
+        self._withheld += wrench is None
+        self.unexplained = None if wrench is None else wrench.unexplained
 
     def close(self, counts: Counter[Event | str], period: float) -> None:
-        """End a period of ``period`` [s] with the present counts."""
-        self._before, self._counts = self._counts, Counter(counts)
+        """End a period of ``period`` [s] with the present counts, and begin the next."""
+        self._before, self.counts = self.counts, Counter({**counts, 'withheld': self._withheld})
         before, self.rate = self.rate, self.since('taken') / period
         self.highest_rate = max(self.rate, before) if before else float('inf')
         is_dry = self.since('taken') > 0 and not self.since('predicted')
         self.dry = self.dry + period if is_dry else 0.0
-
-    def add(self, residual: Array | None) -> None:
-        """Add the residual (7,) [N m] of a prediction; None is ignored."""
-        if residual is not None:
-            self._square += residual * residual
-            self._residuals += 1
-
-    def add_contact(self, joints: Bools) -> None:
-        """Add the joints in contact, (7,) bool."""
-        self.touched |= joints
-
-    def add_wrench(self, wrench: HandWrench | None) -> None:
-        """Add a wrench; None counts as withheld."""
-        self.withheld += wrench is None
-        self.unexplained = None if wrench is None else wrench.unexplained
-
-    def failures_since(self, failures: int) -> int:
-        """Return the number of failures since the last call, given their total."""
-        new, self._failures = failures - self._failures, failures
-        return new
-
-    def lost_since(self, lost: int) -> int:
-        """Return the number of messages lost since the last call, given their total."""
-        new, self._lost = lost - self._lost, lost
-        return new
+        self.residual_rms = (
+            np.sqrt(self._square / self._residuals) if self._residuals else None)
+        self.touched = self._touched
+        self._begin()
 
     def since(self, event: Event | str) -> int:
-        """Return how often an event occurred in the last closed period."""
-        return self._counts[event] - self._before[event]
-
-    @property
-    def was_withheld(self) -> bool:
-        """Whether a wrench was withheld in this period."""
-        return self.withheld > self._withheld_before
-
-    @property
-    def residual_rms(self) -> 'Array | None':
-        """RMS of the period's residuals (7,) [N m]; None if there were none."""
-        return np.sqrt(self._square / self._residuals) if self._residuals else None
+        """Return how often an event occurred in the last period."""
+        return self.counts[event] - self._before[event]

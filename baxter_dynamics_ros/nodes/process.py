@@ -1,4 +1,4 @@
-"""Process of a node: spins until a signal, survives failing callbacks, shuts down in order."""
+"""Process of a node: ends with a message if the node cannot start, and shuts down in order."""
 
 from argparse import ArgumentParser
 from collections.abc import Callable
@@ -94,15 +94,11 @@ def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None)
 
 
 def _run(make_node: Callable[[], Node], name: str, args: list[str] | None) -> int:
+    node, is_initialized = None, False
     try:
         _reject_arguments(make_node, name, sys.argv if args is None else args)
         rclpy.init(args=args)
-    except (NotInitializedException, RuntimeError) as error:  # arguments or files rejected by rcl
-        return _fail(name, error)
-    except KeyboardInterrupt:
-        return 0
-    node = None
-    try:
+        is_initialized = True
         node = make_node()
         if rclpy.ok():  # no signal has arrived meanwhile
             _spin(node)
@@ -110,9 +106,10 @@ def _run(make_node: Callable[[], Node], name: str, args: list[str] | None) -> in
         pass
     except (BaxterDynamicsError, NotInitializedException, ParameterException,
             RuntimeError) as error:
-        # RuntimeError: a QoS profile rejected by rcl, or a signal during construction.
-        if rclpy.ok():
-            return _fail(name, error)
+        # RuntimeError: rcl rejects arguments or a QoS profile, or a signal during construction.
+        if rclpy.ok() or not is_initialized:
+            print(f'{name}: {error}', file=sys.stderr)
+            return 1
     finally:
         _shut_down(node)
     return 0
@@ -127,7 +124,7 @@ def _spin(node: Node) -> None:
     timer ends that wait.
     """
     executor = GuardedExecutor()
-    node.create_timer(_WAKE_PERIOD, _do_nothing, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    node.create_timer(_WAKE_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
     executor.add_node(node)
     try:
         executor.spin()
@@ -146,8 +143,8 @@ def _shut_down(node: Node | None) -> None:
     """
     faulthandler.dump_traceback_later(_SHUTDOWN_LIMIT, exit=True, file=2)
     _ignore_signals()
-    if node is not None:
-        with suppress(RuntimeError):  # some entities need a valid context
+    with suppress(RuntimeError):  # some entities need a valid context
+        if node is not None:
             node.destroy_node()
     with suppress(RuntimeError):  # already shut down by a signal
         rclpy.get_default_context().try_shutdown()
@@ -155,12 +152,11 @@ def _shut_down(node: Node | None) -> None:
 
 def _ignore_signals() -> None:
     """Keep a second signal, as ros2 launch may send, from interrupting the shutdown."""
-    signals = (signal.SIGINT, signal.SIGTERM)
-    for each in signals:
-        signal.signal(each, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     uninstall_signal_handlers()  # may restore the earlier handlers
-    for each in signals:
-        signal.signal(each, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _reject_arguments(make_node: Callable[[], Node], name: str, args: list[str]) -> None:
@@ -171,12 +167,3 @@ def _reject_arguments(make_node: Callable[[], Node], name: str, args: list[str])
         given = ' '.join(args[1:])  # without -p, rcl treats name:=value as a remap rule
         parser.error(f'unrecognized arguments: {" ".join(rest)}' + (':=' in given) * (
             f'; ROS arguments follow --ros-args: {name} --ros-args {given}'))
-
-
-def _fail(name: str, error: Exception) -> int:
-    print(f'{name}: {error}', file=sys.stderr)
-    return 1
-
-
-def _do_nothing() -> None:
-    pass

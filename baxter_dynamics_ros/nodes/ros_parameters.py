@@ -20,6 +20,8 @@ NO_SUCH = 'no such parameter'
 # A change builds a model, which delays joint states: changes allowed at once, and per second.
 _CHANGES = 100.0
 _CHANGES_PER_SECOND = 20.0
+_TYPES = {bool: 'true or false', int: 'a whole number, such as 2',
+          float: 'a number with a decimal point, such as 1.0'}
 
 
 class ParameterNode(Node):
@@ -28,11 +30,6 @@ class ParameterNode(Node):
 
     Subclasses override ``build`` and ``apply``. All values are validated together, at the start
     and whenever some are set; a rejection names the parameter and the reason.
-
-    Parameters
-    ----------
-    name : str
-        Name of the node.
 
     Attributes
     ----------
@@ -93,9 +90,8 @@ class ParameterNode(Node):
 
     def changed_settings(self) -> str:
         """Return the names of the settings that differ from their defaults."""
-        names = [name for name, setting in self._settings.items()
-                 if setting.check(self.values[name]) != setting.default]
-        return ', '.join(names) or 'none'
+        return ', '.join(name for name, setting in self._settings.items()
+                         if setting.check(self.values[name]) != setting.default) or 'none'
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters as rclpy does, but name the parameter that is refused and the reason."""
@@ -113,8 +109,8 @@ class ParameterNode(Node):
     def _has_allowance(self) -> bool:
         """Return whether another change is allowed now, and deduct it."""
         now = time.monotonic()
-        self._allowed = min(_CHANGES, self._allowed + _CHANGES_PER_SECOND * (
-            now - self._asked_at))
+        earned = _CHANGES_PER_SECOND * (now - self._asked_at)
+        self._allowed = min(_CHANGES, self._allowed + earned)
         self._asked_at = now
         if self._allowed < 1.0:
             return False
@@ -170,8 +166,15 @@ def _declare(node: Node, setting: Setting) -> Any:
 
 
 def _wrong_type(setting: Setting, value: Any) -> ArgumentError:
+    default = setting.default
+    if isinstance(default, tuple):
+        wanted = f'a list of {len(default)} numbers with decimal points, such as [1.0, ...]'
+    elif isinstance(default, str):
+        wanted = f'one of {", ".join(setting.choices)}' if setting.choices else 'text'
+    else:
+        wanted = _TYPES[type(default)]
     shown = value if isinstance(value, str) else repr(value)
-    return ArgumentError(setting.name, f'expected {_type(setting)}, got {shown:.80}')
+    return ArgumentError(setting.name, f'expected {wanted}, got {shown:.80}')
 
 
 def _value(setting: Setting) -> Any:
@@ -180,35 +183,20 @@ def _value(setting: Setting) -> Any:
 
 
 def _descriptor(setting: Setting) -> ParameterDescriptor:
-    unit = f' [{setting.unit}]' if setting.unit else ''
+    default, unit = setting.default, f' [{setting.unit}]' if setting.unit else ''
     descriptor = ParameterDescriptor(
         description=setting.description + unit, read_only=setting.read_only)
     constraints = []
-    default = setting.default
     if setting.choices:
         constraints.append('one of ' + ', '.join(setting.choices))
     if isinstance(default, tuple):
         constraints.append(f'{len(default)} numbers')
     if math.isfinite(setting.lower):
         constraints.append(f'from {setting.lower:g} to {setting.upper:g}')
+        limits = {'from_value': setting.lower, 'to_value': setting.upper}
         if isinstance(default, int):
-            descriptor.integer_range = [
-                IntegerRange(from_value=setting.lower, to_value=setting.upper, step=1)]
+            descriptor.integer_range = [IntegerRange(**limits, step=1)]
         elif isinstance(default, float):
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=setting.lower, to_value=setting.upper)]
+            descriptor.floating_point_range = [FloatingPointRange(**limits)]
     descriptor.additional_constraints = ', '.join(constraints)
     return descriptor
-
-
-def _type(setting: Setting) -> str:
-    default = setting.default
-    if isinstance(default, bool):
-        return 'true or false'
-    if isinstance(default, str):
-        return 'one of ' + ', '.join(setting.choices) if setting.choices else 'text'
-    if isinstance(default, int):
-        return 'a whole number, such as 2'
-    if isinstance(default, tuple):
-        return f'a list of {len(default)} numbers with decimal points, such as [1.0, ...]'
-    return 'a number with a decimal point, such as 1.0'

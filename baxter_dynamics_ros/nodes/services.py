@@ -3,7 +3,7 @@
 from array import array
 from collections.abc import Callable
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from sensor_msgs.msg import JointState
@@ -13,7 +13,6 @@ from ..estimation.arm_model import ArmModel
 from ..estimation.events import Event, REMEDIES
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor, Step
-from ..estimation.stream import State
 from ..model.arrays import Array, Indices
 from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS
@@ -23,6 +22,7 @@ MAX_AGE = 1.0  # age from which a measured state is out of date [s]
 # Largest plausible values of a request [rad, rad/s, rad/s^2].
 _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,
               'acceleration': 1e4}
+_ZERO = np.zeros(N_JOINTS)
 
 
 class RecentSteps:
@@ -69,6 +69,17 @@ class RecentSteps:
             self.predicted, self._predicted_at = step, self._accepted_at
 
 
+class _Motion(NamedTuple):
+    """Motion for which a request is answered; arrays (7,) in joint order."""
+
+    origin: str  # description for the answer
+    stamp_ns: int
+    q: Array  # [rad]
+    qd: Array = _ZERO  # [rad/s]
+    qdd: Array = _ZERO  # [rad/s^2]
+    presliding: 'Array | None' = None  # Dahl's state [-]
+
+
 class DynamicsServices:
     """
     Handlers of the services gravity_torques and inverse_dynamics.
@@ -83,86 +94,91 @@ class DynamicsServices:
     """
 
     def __init__(self, predictor: Predictor, recent: RecentSteps) -> None:
+        self._names = predictor.stream.selector.names
         self._predictor = predictor
         self._recent = recent
 
     def gravity_torques(self, request: Any, response: Any) -> Any:
         """Handle a request of ``GravityTorques``."""
         try:
-            q, stamp, origin = self._position(request.state)
+            motion = (self._given(request.state) if len(request.state.name)
+                      else self._latest(request.state))
         except ArgumentError as error:
             response.success, response.message = False, str(error)
             return response
-        gravity = self._predictor.model.arm.gravity(q)
-        holding = self._predictor.model.effort_model.effort(gravity, q, *np.zeros((2, N_JOINTS)))
+        model = self._predictor.model
+        gravity = model.arm.gravity(motion.q)
         response.success = True
-        response.message = f'gravity torques at {origin}' + _remark(self._predictor.model, q)
-        response.gravity = joint_state(self._names, stamp, position=q, effort=gravity)
-        response.actuator_effort = to_field(holding)
+        response.message = f'gravity torques at {motion.origin}{_remark(model, motion.q)}'
+        response.gravity = joint_state(self._names, motion.stamp_ns, motion.q, effort=gravity)
+        response.actuator_effort = to_field(
+            model.effort_model.effort(gravity, motion.q, _ZERO, _ZERO))
         return response
 
     def inverse_dynamics(self, request: Any, response: Any) -> Any:
         """Handle a request of ``InverseDynamics``."""
         try:
-            q, qd, qdd, presliding, stamp, origin = self._motion(
-                request.state, request.acceleration)
+            motion = (self._given(request.state, request.acceleration)
+                      if len(request.state.name)
+                      else self._estimate(request.state, request.acceleration))
         except ArgumentError as error:
             response.success, response.message = False, str(error)
             return response
-        mass, coriolis, gravity = self._predictor.model.arm.terms(q, qd)
+        origin, stamp, q, qd, qdd, presliding = motion
+        model = self._predictor.model
+        mass, coriolis, gravity = model.arm.terms(q, qd)
         inertial, velocity = mass @ qdd, coriolis @ qd
         tau = inertial + velocity + gravity
         response.success = True
-        response.message = f'inverse dynamics at {origin}' + _remark(self._predictor.model, q)
+        response.message = f'inverse dynamics at {origin}{_remark(model, q)}'
         response.torque = joint_state(self._names, stamp, q, qd, tau)
         response.inertial = to_field(inertial)
         response.coriolis = to_field(velocity)
         response.gravity = to_field(gravity)
         response.actuator_effort = to_field(
-            self._predictor.model.effort_model.effort(tau, q, qd, qdd, presliding))
+            model.effort_model.effort(tau, q, qd, qdd, presliding))
         response.mass_matrix = mass.ravel()
         response.coriolis_matrix = coriolis.ravel()
         return response
 
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return self._predictor.stream.selector.names
+    def _given(self, state: JointState, acceleration: 'array[float] | None' = None) -> _Motion:
+        """Return the motion of a request; without ``acceleration``, the position alone."""
+        layout = self._layout(state)
+        values = [_pick('state.position', state.position, state, layout)]
+        if acceleration is not None:
+            for field, optional in (('state.velocity', state.velocity),
+                                    ('acceleration', acceleration)):
+                values.append(_pick(field, optional, state, layout) if len(optional) else _ZERO)
+        return _Motion('the given state', stamp_ns(state.header), *values)
 
-    def _position(self, state: JointState) -> tuple[Array, int, str]:
-        """Return q, its stamp [ns] and a description of its origin."""
-        if len(state.name):
-            layout = self._layout(state)
-            return self._pick('state.position', state.position, state, layout), stamp_ns(
-                state.header), 'the given state'
-        _refuse_nameless(state)
-        latest = self._latest()
-        return latest.q, latest.stamp_ns, (
-            f'the latest measured state, {self._recent.age:.3f} s old')
+    def _latest(self, state: JointState) -> _Motion:
+        """Return the latest measured position, if it is not out of date."""
+        if len(state.position) or len(state.velocity) or len(state.effort):
+            raise ArgumentError('state.name', 'empty although the state has values: joints are '
+                                'matched by name')
+        accepted, age = self._recent.accepted, self._recent.age
+        latest = accepted and accepted.state
+        if latest is None or age > MAX_AGE:
+            since = 'yet' if latest is None else f'for {age:.1f} s'
+            raise ArgumentError('state', 'empty, which selects the latest measured state, but no '
+                                f'valid joint state of {self._names[0]} ... {self._names[-1]} '
+                                f'has arrived {since}: give a state, or see the diagnostics')
+        return _Motion(f'the latest measured state, {age:.3f} s old', latest.stamp_ns, latest.q)
 
-    def _motion(self, state: JointState, acceleration: 'array[float]'
-                ) -> tuple[Array, Array, Array, Array | None, int, str]:
-        """Return q, qd, qdd, Dahl's state, their stamp [ns] and their origin."""
-        if len(state.name):
-            layout = self._layout(state)
-            return (self._pick('state.position', state.position, state, layout),
-                    self._pick('state.velocity', state.velocity, state, layout, optional=True),
-                    self._pick('acceleration', acceleration, state, layout, optional=True),
-                    None, stamp_ns(state.header), 'the given state')
-        _refuse_nameless(state)
+    def _estimate(self, state: JointState, acceleration: 'array[float]') -> _Motion:
+        """Return the latest estimate, if it is not out of date."""
         if len(acceleration):
             raise ArgumentError('acceleration', 'has the order of state.name, which is empty: '
                                 'give the state as well, or leave both empty')
-        latest = self._latest()
-        step = self._recent.predicted
-        now = None if step is None else step.estimate
+        latest = self._latest(state)
+        now = self._recent.predicted and self._recent.predicted.estimate
         if now is None or self._recent.prediction_age > MAX_AGE:
             raise ArgumentError('state', 'the acceleration filter has no estimate yet: it settles '
                                 f'within {self._predictor.estimator.settling_time:.2f} s of a '
                                 'start; if it does not, see the diagnostics')
         behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
-        return (now.q, now.qd, now.qdd, now.presliding, now.stamp_ns,
-                f'the estimate for {behind:.0f} ms before the latest measured state, '
-                f'{self._recent.age:.3f} s old')
+        return _Motion(f'the estimate for {behind:.0f} ms before {latest.origin}',
+                       now.stamp_ns, now.q, now.qd, now.qdd, now.presliding)
 
     def _layout(self, state: JointState) -> Indices:
         layout = self._predictor.stream.selector.layout(state.name)
@@ -173,39 +189,20 @@ class DynamicsServices:
             raise ArgumentError('state.name', f'lacks {", ".join(missing)}')
         return layout
 
-    def _pick(self, field: str, values: 'array[float]', state: JointState, layout: Indices,
-              optional: bool = False) -> Array:
-        """Return the arm's values (7,) of a field that is in the order of state.name."""
-        if optional and not len(values):
-            return np.zeros(N_JOINTS)
-        if len(values) != len(state.name):
-            raise ArgumentError(field, f'expected {len(state.name)} values, one per '
-                                f'state.name, got {len(values)}')
-        result = finite(field, from_field(values)[layout], (N_JOINTS,))
-        largest = result[np.abs(result).argmax()]
-        if abs(largest) > _PLAUSIBLE[field]:
-            raise ArgumentError(field, f'expected at most {_PLAUSIBLE[field]:g} (rad, s), got '
-                                f'{largest:g}')
-        return result
 
-    def _latest(self) -> State:
-        """Return the latest measured state; raise ArgumentError if it is out of date."""
-        accepted, age = self._recent.accepted, self._recent.age
-        latest = None if accepted is None else accepted.state
-        if latest is None or age > MAX_AGE:
-            since = 'yet' if latest is None else f'for {age:.1f} s'
-            raise ArgumentError('state', 'empty, which selects the latest measured state, but no '
-                                f'valid joint state of {self._names[0]} ... {self._names[-1]} '
-                                f'has arrived {since}: give a state, or see the diagnostics')
-        return latest
+def _pick(field: str, values: 'array[float]', state: JointState, layout: Indices) -> Array:
+    """Return the arm's values (7,) of a field that is in the order of state.name."""
+    if len(values) != len(state.name):
+        raise ArgumentError(field, f'expected {len(state.name)} values, one per state.name, '
+                            f'got {len(values)}')
+    result = finite(field, from_field(values)[layout], (N_JOINTS,))
+    largest = result[np.abs(result).argmax()]
+    if abs(largest) > _PLAUSIBLE[field]:
+        raise ArgumentError(
+            field, f'expected at most {_PLAUSIBLE[field]:g} (rad, s), got {largest:g}')
+    return result
 
 
 def _remark(model: ArmModel, q: Array) -> str:
     held = model.effort_model.spring_is_held(q)
     return f'; {REMEDIES[Event.SPRING_HELD]}' if held else ''
-
-
-def _refuse_nameless(state: JointState) -> None:
-    if len(state.position) or len(state.velocity) or len(state.effort):
-        raise ArgumentError('state.name', 'empty although the state has values: joints are '
-                            'matched by name')

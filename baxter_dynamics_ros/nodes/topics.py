@@ -4,7 +4,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 JOINT_STATES = '/robot/joint_states'
 DIAGNOSTICS = '/diagnostics'
-RESET = '~/reset'
 
 # Names below the node's name.
 PREDICTED_EFFORT = 'predicted_effort'
@@ -14,6 +13,7 @@ EXTERNAL_WRENCH = 'external_wrench'
 CONTACT = 'contact'
 GRAVITY_TORQUES = 'gravity_torques'
 INVERSE_DYNAMICS = 'inverse_dynamics'
+RESET = 'reset'
 
 # Below the fake Baxter, so that a real robot never receives its commands.
 JOINT_TORQUE_COMMAND = 'joint_torque_command'
@@ -25,8 +25,3 @@ SUBSCRIPTION_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFF
 # Reliable and volatile, so that any subscriber matches. The depth lets a subscriber pause for a
 # second at 100 Hz without losing messages.
 PUBLISHER_QOS = QoSProfile(depth=100)
-
-
-def below_node(name: str) -> str:
-    """Return a name in the private namespace of the node."""
-    return f'~/{name}'

@@ -1,27 +1,27 @@
 """Node torque_predictor: predicted effort, residual and external torque of one arm."""
 
 import sys
-import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from . import topics
-from .arm_publisher import Arm
-from .diagnostics import report
+from .diagnostic_updater import DiagnosticUpdater
+from .diagnostics import PredictorDiagnostics
 from .message_loss import MessageLoss
 from .messages import from_field, stamp_ns
+from .period import PeriodStatistics
 from .process import run
+from .publishers import ResultPublishers
 from .rclpy_internals import take_waiting
 from .ros_parameters import ParameterNode
+from .services import DynamicsServices, RecentSteps
+from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings, SETTINGS
 
-_DIAGNOSTICS_PERIOD = 1.0  # [s]
 _BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
 
 
@@ -30,28 +30,27 @@ class TorquePredictor(ParameterNode):
 
     def __init__(self) -> None:
         super().__init__('torque_predictor')
-        self._arm = Arm(self, self.declare_settings(SETTINGS))
+        settings: PredictorSettings = self.declare_settings(SETTINGS)
+        self._predictor = Predictor(settings, external=True)
+        self._recent = RecentSteps()
+        self._statistics = PeriodStatistics()
         self._loss = MessageLoss()
-        self._last_report = time.monotonic()
-        # Name of a status -> (level, message) logged last.
-        self._logged: dict[str, tuple[bytes, str]] = {}
-        self._diagnostics = self.create_publisher(
-            DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
-        self.create_service(Trigger, topics.RESET, self._on_reset)
-        self._offer_services()
+        self._results = ResultPublishers(
+            self, self._predictor, self._statistics, settings.frame_id)
+        self.create_service(Trigger, f'~/{topics.RESET}', self._on_reset)
+        self._offer_dynamics()
         self._subscription = self.create_subscription(
             JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,
             event_callbacks=SubscriptionEventCallbacks(
                 matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        # Diagnostics continue while simulated time stands still.
-        self.create_timer(_DIAGNOSTICS_PERIOD, self._on_diagnostics,
-                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        topic, selector = self._subscription.topic_name, self._predictor.stream.selector
+        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', PredictorDiagnostics(
+            self, topic, self._predictor, self._recent, self._statistics, self._loss).report)
         self.accept_changes()
-        names = self._arm.predictor.stream.selector.names
         self.get_logger().info(
-            f'predicting {names[0]} ... {names[-1]} from {self._subscription.topic_name}, '
-            f'{self._arm.predictor.estimator.delay * 1000:.0f} ms behind the newest joint state; '
+            f'predicting {selector.names[0]} ... {selector.names[-1]} from {topic}, '
+            f'{self._predictor.estimator.delay * 1000:.0f} ms behind the newest joint state; '
             f'parameters that differ from their defaults: {self.changed_settings()}')
 
     def build(self, values: dict[str, Any]) -> PredictorSettings:
@@ -62,7 +61,7 @@ class TorquePredictor(ParameterNode):
 
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""
-        self._arm.configure(built)
+        self._predictor.configure(built)
 
     def _on_joint_state(self, message: JointState, info: dict[str, Any]) -> None:
         """Process a joint state and those queued behind it."""
@@ -76,46 +75,24 @@ class TorquePredictor(ParameterNode):
         # The middleware's time of receipt does not include the time in the queue.
         received_ns = (clock.now().nanoseconds if clock.ros_time_is_active
                        else info['received_timestamp'])
-        self._arm.take(stamp_ns(message.header), message.name, from_field(message.position),
-                       from_field(message.velocity), from_field(message.effort), received_ns)
+        step = self._predictor.handle(
+            stamp_ns(message.header), message.name, from_field(message.position),
+            from_field(message.velocity), from_field(message.effort), received_ns)
+        self._recent.add(step)
+        self._statistics.add(step)
+        self._results.publish(step)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        predictor = self._arm.predictor
-        retimed = predictor.stream.clock.retimed
-        self._arm.reset()
+        retimed = self._predictor.stream.clock.retimed
+        self._predictor.reset()
+        self._recent.predicted = None
         response.success = True
         response.message = ('filter and contact detector are reset; predictions resume after '
-                            f'{predictor.estimator.settling_time:.2f} s'
+                            f'{self._predictor.estimator.settling_time:.2f} s'
                             + ', once the period of the messages is known' * retimed)
         return response
 
-    def _on_diagnostics(self) -> None:
-        now = time.monotonic()
-        period = now - self._last_report
-        self._last_report = now
-        message = DiagnosticArray()
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._arm.statistics.close(self._arm.predictor.counts, period)
-        message.status = report(self, self._subscription.topic_name, self._arm, self._loss)
-        self._arm.statistics.begin()
-        self._diagnostics.publish(message)
-        for status in message.status:
-            self._log(status)
-
-    def _log(self, status: DiagnosticStatus) -> None:
-        """Log a changed status, unless it is only the consequence of missing input."""
-        name = status.name.partition(': ')[2]  # the log names the node
-        level, text = self._logged.get(name, (DiagnosticStatus.OK, ''))
-        if status.level == DiagnosticStatus.STALE and name != 'input' or (
-                level, text) == (status.level, status.message):
-            return
-        if status.level != DiagnosticStatus.OK:
-            self.get_logger().warning(f'{name}: {status.message}')
-        elif level != DiagnosticStatus.OK:
-            self.get_logger().info(f'{name}: {status.message}')
-        self._logged[name] = status.level, status.message
-
-    def _offer_services(self) -> None:
+    def _offer_dynamics(self) -> None:
         try:
             from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
         except ImportError:
@@ -124,7 +101,11 @@ class TorquePredictor(ParameterNode):
                 'baxter_dynamics_interfaces is not installed. Build it with colcon or run '
                 '`pip install ./baxter_dynamics_interfaces`')
             return
-        self._arm.offer_services(GravityTorques, InverseDynamics)
+        services = DynamicsServices(self._predictor, self._recent)
+        self.create_service(
+            GravityTorques, f'~/{topics.GRAVITY_TORQUES}', services.gravity_torques)
+        self.create_service(
+            InverseDynamics, f'~/{topics.INVERSE_DYNAMICS}', services.inverse_dynamics)
 
 
 def main(args: list[str] | None = None) -> int:

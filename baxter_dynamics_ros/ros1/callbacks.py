@@ -49,12 +49,11 @@ class CallbackServer:
         self.called = threading.Event()
         self._server = SimpleXMLRPCServer(('', 0), _Handler, logRequests=False)
         self.port: int = self._server.server_address[1]
-        for function, name in ((self._update, 'publisherUpdate'), (self._shutdown, 'shutdown'),
-                               (lambda caller_id: (1, '', 0), 'getPid')):
-            self._server.register_function(function, name)
-        self._thread = threading.Thread(
-            target=self._server.serve_forever, args=(0.1,), daemon=True, name='ros1 callbacks')
-        self._thread.start()
+        self._server.register_function(self._update, 'publisherUpdate')
+        self._server.register_function(self._shutdown, 'shutdown')
+        self._server.register_function(lambda caller_id: (1, '', 0), 'getPid')
+        threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True,
+                         name='ros1 callbacks').start()
 
     def close(self) -> None:
         """Stop listening."""

@@ -39,17 +39,7 @@ class ClockOffset:
         self._stamp: int | None = None  # of the last message [ns]
 
     def update(self, stamp_ns: int, arrival_ns: int) -> int:
-        """
-        Update the offset with one message and return it [ns].
-
-        Parameters
-        ----------
-        stamp_ns : int
-            Stamp, by the robot's clock [ns].
-        arrival_ns : int
-            Time of arrival, by this machine's clock [ns].
-
-        """
+        """Update the offset with the stamp and arrival of a message, and return it [ns]."""
         difference = arrival_ns - stamp_ns
         if self._stamp is None:
             self._begin(difference, arrival_ns)

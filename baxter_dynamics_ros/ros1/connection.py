@@ -1,12 +1,13 @@
 """Connection to one publisher of one topic, with reconnection."""
 
 from collections.abc import Callable
+from contextlib import closing
 import struct
 import threading
 import time
 from typing import Any
 
-from .errors import Malformed, Ros1Error, Step
+from .errors import Malformed, Ros1Error, Stage
 from .joint_state import JointState, parse
 from .network import Endpoint, endpoint
 from .rpc import call
@@ -60,8 +61,7 @@ class Connection:
         self._stream: Stream | None = None
         self._pause = FIRST_PAUSE
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True, name=f'ros1 {topic}')
-        self._thread.start()
+        threading.Thread(target=self._run, daemon=True, name=f'ros1 {topic}').start()
 
     def stop(self) -> None:
         """Close the connection; no delivery starts after the return."""
@@ -79,12 +79,12 @@ class Connection:
             except Malformed as error:
                 self.malformed += 1
                 self.problem = Ros1Error(
-                    Step.STREAM, f'{self.uri} sent a malformed message on {self.topic} '
+                    Stage.STREAM, f'{self.uri} sent a malformed message on {self.topic} '
                     f'({error})', 'reconnecting; restart the publisher if this persists')
             except (OSError, EOFError, struct.error, ValueError) as error:
                 # ValueError: the stream was closed by stop().
                 self.problem = Ros1Error(
-                    Step.STREAM, f'the connection to {self.uri} ended ({error})',
+                    Stage.STREAM, f'the connection to {self.uri} ended ({error})',
                     'reconnecting; is the publisher running?')
             self.connected, self._stream = False, None
             self._ended.wait(self._pause)
@@ -92,7 +92,7 @@ class Connection:
 
     def _receive(self) -> None:
         """Connect, and deliver messages until an exception ends the connection."""
-        with self._open() as stream:
+        with closing(self._open()) as stream:
             self._stream = stream
             self.publisher = stream.publisher or self.uri
             self.since = time.monotonic()
@@ -110,19 +110,14 @@ class Connection:
     def _open(self) -> Stream:
         node = endpoint(self.uri)
         server = Endpoint(self._address_of(node.host), node.port)
-        answer = call(server, Step.PUBLISHER, 'requestTopic', self._caller_id, self.topic,
-                      [['TCPROS']])
-        host, port = _address(server, answer)
+        host, port = call(server, Stage.PUBLISHER, self._parse, 'requestTopic', self._caller_id,
+                          self.topic, [['TCPROS']])
         return Stream(self._address_of(host), port, self.topic, self._caller_id)
 
-
-def _address(server: Endpoint, answer: Any) -> tuple[str, int]:
-    """Return the host and port in a publisher's answer to ``requestTopic``."""
-    try:
-        protocol, host, port = answer
-        if protocol == 'TCPROS' and isinstance(host, str) and 0 < port < 2 ** 16:
-            return host, port
-    except (TypeError, ValueError):
-        pass
-    raise Ros1Error(Step.PUBLISHER, f'{server.uri} does not offer TCPROS',
-                    'is it a ROS 1 node? Only TCPROS is supported')
+    def _parse(self, answer: Any) -> tuple[str, int]:
+        """Return the host and port in a publisher's answer to ``requestTopic``."""
+        match answer:
+            case ['TCPROS', str(host), int(port)] if 0 < port < 2 ** 16:
+                return host, port
+        raise Ros1Error(Stage.PUBLISHER, f'{self.uri} does not offer TCPROS',
+                        'is it a ROS 1 node? Only TCPROS is supported')

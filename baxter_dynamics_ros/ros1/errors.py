@@ -1,10 +1,10 @@
-"""Errors of the connection to a ROS 1 robot: step, cause and remedy."""
+"""Errors of the connection to a ROS 1 robot: stage, cause and remedy."""
 
 from enum import Enum
 
 
-class Step(Enum):
-    """Steps from the master's URI to messages, in order."""
+class Stage(Enum):
+    """Stages from the master's URI to messages, in order."""
 
     NAME = 'name'
     ROUTE = 'route'
@@ -18,24 +18,12 @@ class Step(Enum):
 
 
 class Ros1Error(Exception):
-    """
-    Failure of one step of the connection to a robot.
+    """Failure at one stage of the connection to a robot, with cause and remedy."""
 
-    Attributes
-    ----------
-    step : Step
-        Step that failed.
-    found : str
-        Cause.
-    remedy : str
-        Remedy.
-
-    """
-
-    def __init__(self, step: Step, found: str, remedy: str) -> None:
-        super().__init__(f'{step.value}: {found}: {remedy}')
-        self.step = step
-        self.found = found
+    def __init__(self, stage: Stage, cause: str, remedy: str) -> None:
+        super().__init__(f'{stage.value}: {cause}: {remedy}')
+        self.stage = stage
+        self.cause = cause
         self.remedy = remedy
 
 

@@ -23,15 +23,7 @@ class JointState(NamedTuple):
 
 
 def parse(data: bytes) -> JointState:
-    """
-    Return the joint state in a serialised message.
-
-    Raises
-    ------
-    Malformed
-        If the data are not exactly one joint state.
-
-    """
+    """Return the joint state in a message; raise Malformed if it is not exactly one."""
     try:
         seq, seconds, nanoseconds = struct.unpack_from('<3I', data)
         frame_id, at = _text(data, 12)

@@ -1,10 +1,13 @@
-"""Client of a ROS 1 master that reads and subscribes."""
+"""Read-only client of a ROS 1 master."""
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
-from .errors import Malformed, Step
+from .errors import Stage
 from .network import connect, Endpoint, endpoint, local_address, resolve
-from .rpc import call, not_ros, texts
+from .rpc import call, texts
+
+_Value = TypeVar('_Value')
 
 
 class SystemState(NamedTuple):
@@ -16,7 +19,7 @@ class SystemState(NamedTuple):
 
 class Master:
     """
-    Read-only client of a ROS 1 master.
+    Read-only client of a ROS 1 master; its methods raise Ros1Error.
 
     Parameters
     ----------
@@ -40,15 +43,7 @@ class Master:
         self._caller_id = caller_id
 
     def locate(self) -> str:
-        """
-        Resolve and test the master's address; return this machine's address on that route.
-
-        Raises
-        ------
-        Ros1Error
-            If the name does not resolve or the port cannot be reached.
-
-        """
+        """Find and test the master's address; return this machine's address on that route."""
         address = resolve(self.endpoint.host)
         connect(address, self.endpoint.port).close()
         self.address = address
@@ -56,21 +51,14 @@ class Master:
 
     def system_state(self) -> SystemState:
         """Return the publishers and subscribers of all topics."""
-        value = self._call('getSystemState')
-        try:
-            publishers, subscribers = value[:2]
-            return SystemState(*({str(topic): texts(nodes) for topic, nodes in side}
-                                 for side in (publishers, subscribers)))
-        except (Malformed, TypeError, ValueError) as error:
-            raise not_ros(self.endpoint, Step.MASTER, error) from None
+        return self._call(lambda value: SystemState(*(
+            {str(topic): texts(nodes) for topic, nodes in value[side]} for side in (0, 1))),
+            'getSystemState')
 
     def topic_types(self) -> dict[str, str]:
         """Return the type of each topic known to the master."""
-        value = self._call('getTopicTypes')
-        try:
-            return {pair[0]: pair[1] for pair in map(texts, value)}
-        except (Malformed, TypeError, LookupError) as error:
-            raise not_ros(self.endpoint, Step.MASTER, error) from None
+        return self._call(lambda value: {pair[0]: pair[1] for pair in map(texts, value)},
+                          'getTopicTypes')
 
     def register(self, topic: str, caller_api: str) -> tuple[str, ...]:
         """
@@ -78,16 +66,12 @@ class Master:
 
         The type is ``*``: the master then stores no type for a topic without publishers.
         """
-        value = self._call('registerSubscriber', topic, '*', caller_api)
-        try:
-            return texts(value)
-        except Malformed as error:
-            raise not_ros(self.endpoint, Step.MASTER, error) from None
+        return self._call(texts, 'registerSubscriber', topic, '*', caller_api)
 
     def unregister(self, topic: str, caller_api: str) -> None:
         """Unregister a subscription."""
-        self._call('unregisterSubscriber', topic, caller_api)
+        self._call(lambda value: None, 'unregisterSubscriber', topic, caller_api)
 
-    def _call(self, method: str, *arguments: str) -> Any:
+    def _call(self, parse: Callable[[Any], _Value], method: str, *arguments: str) -> _Value:
         server = Endpoint(self.address or resolve(self.endpoint.host), self.endpoint.port)
-        return call(server, Step.MASTER, method, self._caller_id, *arguments)
+        return call(server, Stage.MASTER, parse, method, self._caller_id, *arguments)

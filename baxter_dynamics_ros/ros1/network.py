@@ -6,7 +6,7 @@ import socket
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
-from .errors import Ros1Error, Step
+from .errors import Ros1Error, Stage
 
 TIMEOUT = 2.0  # [s], of connections and answers
 MASTER_PORT = 11311
@@ -25,15 +25,7 @@ class Endpoint(NamedTuple):
 
 
 def endpoint(uri: str, default_port: int = MASTER_PORT) -> Endpoint:
-    """
-    Return the host and port of a URI such as ``http://host:11311/``.
-
-    Raises
-    ------
-    Ros1Error
-        If the URI is malformed.
-
-    """
+    """Return the host and port of a URI such as ``http://host:11311/``, or raise Ros1Error."""
     try:
         parts = urlsplit(uri)
         if parts.scheme == 'http' and parts.hostname:
@@ -41,39 +33,23 @@ def endpoint(uri: str, default_port: int = MASTER_PORT) -> Endpoint:
             return Endpoint(host, parts.port or default_port)
     except ValueError:
         pass
-    raise Ros1Error(Step.NAME, f'{uri!r} is not the URI of a ROS 1 master or node',
+    raise Ros1Error(Stage.NAME, f'{uri!r} is not the URI of a ROS 1 master or node',
                     f'expected http://HOST:{default_port}')
 
 
 def resolve(host: str) -> str:
-    """
-    Return the IPv4 address of a host.
-
-    Raises
-    ------
-    Ros1Error
-        If the name does not resolve.
-
-    """
+    """Return the IPv4 address of a host; raise Ros1Error if the name does not resolve."""
     try:
         return str(socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_STREAM)[0][4][0])
     except (OSError, UnicodeError):  # UnicodeError: a label of more than 63 characters
         raise Ros1Error(
-            Step.NAME, f'{host} does not resolve to an address',
+            Stage.NAME, f'{host} does not resolve to an address',
             "use the robot's IP address, add the name to /etc/hosts, or, for a name in .local, "
             'install avahi-daemon and libnss-mdns') from None
 
 
 def connect(address: str, port: int) -> socket.socket:
-    """
-    Return a TCP connection with a timeout of TIMEOUT.
-
-    Raises
-    ------
-    Ros1Error
-        If the host is unreachable or the port closed.
-
-    """
+    """Return a TCP connection with a timeout of TIMEOUT, or raise Ros1Error."""
     try:
         return socket.create_connection((address, port), TIMEOUT)
     except (OSError, OverflowError) as error:  # OverflowError: the port has more than 16 bits
@@ -83,11 +59,11 @@ def connect(address: str, port: int) -> socket.socket:
 def connection_error(address: str, port: int, error: Exception) -> Ros1Error:
     """Return a Ros1Error with the cause of a failed connection."""
     if isinstance(error, ConnectionRefusedError):
-        return Ros1Error(Step.PORT, f'port {port} of {address} is closed',
+        return Ros1Error(Stage.PORT, f'port {port} of {address} is closed',
                          'is ROS running there? A robot takes two minutes to start; the port of '
                          "Baxter's master is 11311")
     reason = getattr(error, 'strerror', None) or str(error) or type(error).__name__
-    return Ros1Error(Step.ROUTE, f'{address} port {port} cannot be reached ({reason})',
+    return Ros1Error(Stage.ROUTE, f'{address} port {port} cannot be reached ({reason})',
                      'check cable, power and firewall, and that this machine has an address in '
                      "the robot's network")
 
@@ -105,15 +81,10 @@ def local_address(address: str, environment: Mapping[str, str] = os.environ) -> 
         return str(probe.getsockname()[0])
 
 
-def is_loopback(address: str) -> bool:
-    """Return whether an IPv4 address is a loopback address."""
-    return address.startswith('127.')
-
-
 def keep_alive(connection: socket.socket) -> None:
     """Make the kernel close the connection 4 s after the peer or the network has gone."""
     connection.settimeout(None)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for option, value in (('TCP_KEEPIDLE', 1), ('TCP_KEEPINTVL', 1), ('TCP_KEEPCNT', 3)):
-        if hasattr(socket, option):
-            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+    for option, value in ((socket.TCP_KEEPIDLE, 1), (socket.TCP_KEEPINTVL, 1),
+                          (socket.TCP_KEEPCNT, 3)):
+        connection.setsockopt(socket.IPPROTO_TCP, option, value)

@@ -1,11 +1,12 @@
 """Read-only XML-RPC client of ROS 1 masters and nodes, with bounded answers."""
 
+from collections.abc import Callable
 from http.client import HTTPConnection, HTTPException, HTTPResponse
-from typing import Any
+from typing import Any, TypeVar
 from xml.parsers.expat import ExpatError
 import xmlrpc.client
 
-from .errors import Malformed, Ros1Error, Step
+from .errors import Malformed, Ros1Error, Stage
 from .network import connection_error, Endpoint, TIMEOUT
 
 # The only requests this package can send: it cannot publish, call a service or set a parameter.
@@ -13,8 +14,9 @@ METHODS = frozenset({'getSystemState', 'getTopicTypes', 'registerSubscriber',
                      'unregisterSubscriber', 'requestTopic'})
 MAX_ANSWER = 4 * 1024 * 1024  # [bytes]; a Baxter's system state has about 0.1 MB
 
-_NOT_XMLRPC = (xmlrpc.client.Error, HTTPException, ExpatError, ValueError, TypeError, LookupError,
-               AttributeError, ArithmeticError, Malformed)
+_NOT_ROS = (xmlrpc.client.Error, HTTPException, ExpatError, ValueError, TypeError, LookupError,
+            AttributeError, ArithmeticError, Malformed)
+_Value = TypeVar('_Value')
 
 
 class _Transport(xmlrpc.client.Transport):
@@ -37,24 +39,23 @@ class _Transport(xmlrpc.client.Transport):
         return target.close()
 
 
-def call(server: Endpoint, step: Step, method: str, *arguments: Any) -> Any:
+def call(server: Endpoint, stage: Stage, parse: Callable[[Any], _Value], method: str,
+         *arguments: Any) -> _Value:
     """
-    Call a method of a ROS 1 master or node.
+    Call a method of a ROS 1 master or node and return its parsed value.
 
     Parameters
     ----------
     server : Endpoint
         Address and port.
-    step : Step
-        MASTER or PUBLISHER: the step to report if the answer is not from a ROS node.
+    stage : Stage
+        MASTER or PUBLISHER: the stage to report if the answer is not from a ROS node.
+    parse : callable
+        Returns the result, given the value of the answer; may raise Malformed.
     method : str
         One of METHODS.
     *arguments
         Arguments of the method.
-
-    Returns
-    -------
-    The third part of (code, message, value).
 
     Raises
     ------
@@ -64,27 +65,22 @@ def call(server: Endpoint, step: Step, method: str, *arguments: Any) -> Any:
     """
     if method not in METHODS:
         raise ValueError(f'{method}: this client is read-only')
-    # A transport caches its connection, so each call has its own.
-    transport = _Transport()
     try:
-        with xmlrpc.client.ServerProxy(server.uri, transport) as proxy:
+        # A transport caches its connection, so each call has its own.
+        with xmlrpc.client.ServerProxy(server.uri, _Transport()) as proxy:
             code, message, value = getattr(proxy, method)(*arguments)
+        if code != 1:
+            raise Ros1Error(stage, f'{method} on {server.uri} failed ({str(message)[:200]})',
+                            "look at the robot's log")
+        return parse(value)
     except OSError as error:
         raise connection_error(server.host, server.port, error) from None
-    except _NOT_XMLRPC as error:
-        raise not_ros(server, step, error) from None
-    if code != 1:
-        raise Ros1Error(step, f'{method} on {server.uri} failed ({str(message)[:200]})',
-                        "look at the robot's log")
-    return value
-
-
-def not_ros(server: Endpoint, step: Step, error: Exception) -> Ros1Error:
-    """Return the error for a server that does not answer as ROS 1 does."""
-    kind = 'master' if step is Step.MASTER else 'node'
-    reason = ': '.join(filter(None, (type(error).__name__, ' '.join(str(error).split())[:100])))
-    return Ros1Error(step, f'{server.uri} is not a ROS 1 {kind} ({reason})',
-                     "check host and port; the port of Baxter's master is 11311")
+    except _NOT_ROS as error:
+        kind = 'master' if stage is Stage.MASTER else 'node'
+        reason = ': '.join(filter(None, (
+            type(error).__name__, ' '.join(str(error).split())[:100])))
+        raise Ros1Error(stage, f'{server.uri} is not a ROS 1 {kind} ({reason})', 'check host and '
+                        "port; the port of Baxter's master is 11311") from None
 
 
 def texts(value: Any) -> tuple[str, ...]:

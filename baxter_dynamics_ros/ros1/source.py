@@ -12,11 +12,6 @@ class Source:
     """
     Statistics of one publisher's messages, across reconnections.
 
-    Parameters
-    ----------
-    publisher : str
-        Name of the publisher.
-
     Attributes
     ----------
     clock : ClockOffset
@@ -42,17 +37,9 @@ class Source:
 
     def take(self, uri: str, state: JointState, arrival_ns: int) -> bool:
         """
-        Count a message and return whether it is new.
+        Count a message with its time of arrival [ns], and return whether it is new.
 
-        Parameters
-        ----------
-        uri : str
-            URI of the publisher; its sequence numbers restart when this changes.
-        state : JointState
-            The message.
-        arrival_ns : int
-            Time of arrival, by this machine's clock [ns].
-
+        Sequence numbers restart when the URI of the publisher changes.
         """
         if uri == self._uri:
             ahead = (state.seq - self._seq) % 2 ** 32

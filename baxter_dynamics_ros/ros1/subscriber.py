@@ -8,10 +8,10 @@ import time
 
 from .callbacks import CallbackServer
 from .connection import Connection
-from .errors import Ros1Error, Step
+from .errors import Ros1Error, Stage
 from .joint_state import JointState
 from .master import Master
-from .network import is_loopback, resolve
+from .network import resolve
 from .source import Source
 
 PERIOD = 1.0  # [s], between polls of the master
@@ -41,7 +41,7 @@ class Subscriber:
     log : callable
         Called with each log line.
     name : str
-        Prefix of this node's name, which must be unique on the master.
+        Prefix of this node's name; the rest makes it unique on the master.
 
     Attributes
     ----------
@@ -105,12 +105,12 @@ class Subscriber:
     def connections(self, topic: str) -> list[Connection]:
         """Return the connections to a topic's publishers."""
         with self._lock:
-            return [each for key, each in self._connections.items() if key[0] == topic]
+            return [each for (of, _), each in self._connections.items() if of == topic]
 
     def sources(self, topic: str) -> list[Source]:
         """Return the statistics of every publisher that has sent on a topic."""
         with self._lock:
-            return [each for key, each in self._sources.items() if key[0] == topic]
+            return [each for (of, _), each in self._sources.items() if of == topic]
 
     def problems(self, topic: str) -> list[Ros1Error]:
         """Return the reasons why messages of a topic do not arrive, most important first."""
@@ -118,18 +118,18 @@ class Subscriber:
             return [self.problem]
         connections = self.connections(topic)
         if topic in self._registered and not connections:
-            return [Ros1Error(Step.TOPIC, f'{topic} is not published',
+            return [Ros1Error(Stage.TOPIC, f'{topic} is not published',
                               'has the robot finished starting? Check the name of the topic')]
         found = [each.problem for each in connections if each.problem is not None]
         if self.is_called is False:
             found.append(Ros1Error(
-                Step.ADDRESS, f'the master does not reach this machine at {self._api}',
+                Stage.ADDRESS, f'the master does not reach this machine at {self._api}',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
                 'firewall; until then, new publishers are found later'))
         if any(each.connected and time.monotonic() - each.since > SILENCE
                for each in connections) and self.silent_for(topic) > SILENCE:
             found.append(Ros1Error(
-                Step.STREAM, f'nothing has arrived on {topic} for {SILENCE:g} s',
+                Stage.STREAM, f'nothing has arrived on {topic} for {SILENCE:g} s',
                 'is the publisher stopped, or the network down?'))
         return found
 
@@ -209,14 +209,13 @@ class Subscriber:
         with self._lock:
             if self._ended.is_set():
                 return
-            for key in self._connections.keys() - wanted:
-                if key[0] != topic:
-                    continue
+            present = {key for key in self._connections if key[0] == topic}
+            for key in present - wanted:
                 connection = self._connections.pop(key)
                 connection.stop()
                 self._malformed += connection.malformed
                 self._reconnections += max(connection.connections - 1, 0)
-            for key in wanted - self._connections.keys():
+            for key in wanted - present:
                 self._connections[key] = Connection(*key, self.name, self._address, self._deliver)
 
     def _address(self, host: str) -> str:
@@ -226,7 +225,7 @@ class Subscriber:
             return master
         try:
             address = resolve(host)
-            if not is_loopback(address) or is_loopback(master):
+            if not address.startswith('127.') or master.startswith('127.'):
                 return address
             reason = f'is {address}, which is this machine'
         except Ros1Error:

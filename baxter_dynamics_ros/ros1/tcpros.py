@@ -1,11 +1,11 @@
 """TCPROS client: the messages of one publisher over TCP."""
 
+from contextlib import suppress
 import socket
 import struct
-from types import TracebackType
 
 from . import joint_state
-from .errors import Malformed, Ros1Error, Step
+from .errors import Malformed, Ros1Error, Stage
 from .network import connect, keep_alive
 
 MAX_HEADER = 64 * 1024  # [bytes]
@@ -14,7 +14,7 @@ MAX_MESSAGE = 1024 * 1024  # [bytes]; a joint state of Baxter has 0.7 kB
 
 class Stream:
     """
-    TCP stream of serialised messages; a context manager that closes the connection.
+    TCP stream of serialised messages.
 
     Parameters
     ----------
@@ -49,22 +49,13 @@ class Stream:
             self._socket.sendall(encode_header({
                 'callerid': caller_id, 'topic': topic, 'type': '*', 'md5sum': '*',
                 'tcp_nodelay': '1'}))
-            header = decode_header(self._frame(MAX_HEADER))
-            _refuse_others(topic, header)
+            header = decode_header(self.read(MAX_HEADER))
+            _check(topic, header)
             keep_alive(self._socket)
         except BaseException:
             self.close()
             raise
         self.publisher = header.get('callerid', '')
-
-    def __enter__(self) -> 'Stream':
-        """Return this stream."""
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
-        """Close the connection."""
-        self.close()
 
     def close(self) -> None:
         """Close the connection."""
@@ -73,12 +64,10 @@ class Stream:
 
     def interrupt(self) -> None:
         """Make a blocking read in another thread return."""
-        try:
+        with suppress(OSError):  # closed already
             self._socket.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass  # closed already
 
-    def read(self) -> bytes:
+    def read(self, longest: int = MAX_MESSAGE) -> bytes:
         """
         Return the next message.
 
@@ -87,15 +76,12 @@ class Stream:
         EOFError, OSError
             If the connection has ended.
         Malformed
-            If the message is longer than MAX_MESSAGE.
+            If the message has more than ``longest`` bytes.
 
         """
-        return self._frame(MAX_MESSAGE)
-
-    def _frame(self, most: int) -> bytes:
         length, = struct.unpack('<I', self._exactly(4))
-        if length > most:
-            raise Malformed(f'length of {length} bytes exceeds {most}')
+        if length > longest:
+            raise Malformed(f'length of {length} bytes exceeds {longest}')
         return self._exactly(length)
 
     def _exactly(self, count: int) -> bytes:
@@ -113,15 +99,7 @@ def encode_header(fields: dict[str, str]) -> bytes:
 
 
 def decode_header(body: bytes) -> dict[str, str]:
-    """
-    Return the fields of a connection header.
-
-    Raises
-    ------
-    Malformed
-        If a field is malformed.
-
-    """
+    """Return the fields of a connection header; raise Malformed if a field is malformed."""
     fields, at = {}, 0
     while at < len(body):
         length = int.from_bytes(body[at:at + 4], 'little')
@@ -136,15 +114,17 @@ def decode_header(body: bytes) -> dict[str, str]:
     return fields
 
 
-def _refuse_others(topic: str, header: dict[str, str]) -> None:
+def _check(topic: str, header: dict[str, str]) -> None:
+    """Raise Ros1Error if the publisher refuses, or publishes another type."""
     if 'error' in header:
-        raise Ros1Error(Step.PUBLISHER, f'the publisher refuses {topic} ({header["error"][:200]})',
-                        "look at the publisher's log")
+        raise Ros1Error(
+            Stage.PUBLISHER, f'the publisher refuses {topic} ({header["error"][:200]})',
+            "look at the publisher's log")
     kind, md5sum = header.get('type', ''), header.get('md5sum', '')
     if kind != joint_state.TYPE:
-        raise Ros1Error(Step.TYPE, f'{topic} has the type {kind[:100] or "nothing"}',
+        raise Ros1Error(Stage.TYPE, f'{topic} has the type {kind[:100] or "nothing"}',
                         f'choose a topic of {joint_state.TYPE}')
     if md5sum != joint_state.MD5SUM:
-        raise Ros1Error(Step.TYPE, f'{topic} has the checksum {md5sum[:100] or "nothing"}',
+        raise Ros1Error(Stage.TYPE, f'{topic} has the checksum {md5sum[:100] or "nothing"}',
                         f"the publisher's definition of {joint_state.TYPE} is not that of ROS 1 "
                         f'({joint_state.MD5SUM}): build the publisher against common_msgs')

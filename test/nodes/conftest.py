@@ -1,7 +1,10 @@
 """Fixtures of the node tests: real processes, real DDS, in a domain of their own."""
 
 from contextlib import ExitStack
+import json
 import os
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -28,8 +31,25 @@ SDK_NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 
              'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0').split()
 
 
+# Runs a node with each list of arguments, which it must refuse; prints exit code and stderr.
+REFUSING = """
+import contextlib, importlib, io, json, sys, threading
+import rclpy
+node = sys.argv[1]
+main = importlib.import_module(f'baxter_dynamics_ros.nodes.{node}').main
+for arguments in json.load(sys.stdin):
+    watchdog = threading.Timer(10.0, rclpy.try_shutdown)  # the node runs: nothing was refused
+    watchdog.start()
+    with contextlib.redirect_stderr(io.StringIO()) as err:
+        code = main([node, '--ros-args', *(x for each in arguments for x in ('-p', each))])
+    watchdog.cancel()
+    rclpy.try_shutdown()
+    print(json.dumps([code, err.getvalue()]), flush=True)
+"""
+
+
 class Robot(Node):
-    """A test's end of the wires: publishes joint states, collects what the node publishes."""
+    """The robot, and a listener to the predictor's topics."""
 
     def __init__(self):
         super().__init__('robot')
@@ -84,12 +104,16 @@ class Robot(Node):
             fields.append(row)
         self.send(stamp, SDK_NAMES, *fields)
 
-    def stream(self, rows, period: float = 0.01, start: int = 10 ** 18, side: str = 'right'):
-        """Publish rows (q, qd, effort) at the pace of their stamps; return the last stamp."""
+    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.004):
+        """
+        Publish rows (q, qd, effort) with stamps 10 ms apart; return the last stamp.
+
+        They are sent every ``pace`` seconds; the node knows no clock but their stamps.
+        """
         begin = time.monotonic()
         for k, row in enumerate(rows):
-            self.until(lambda: time.monotonic() >= begin + k * period, 5.0)
-            stamp = start + round(k * period * 1e9)
+            self.until(lambda: time.monotonic() >= begin + k * pace, 5.0)
+            stamp = start + k * 10_000_000
             self.send_arm(stamp, *row, side=side)
         return stamp
 
@@ -103,17 +127,18 @@ class Robot(Node):
         self.destroy_client(client)
         return future.result()
 
-    def report(self) -> dict:
-        """Return the next diagnostics of the predictor, status name to (level, message, keys)."""
-        self.diagnostics.clear()
-
-        def ours():
-            return [m for m in self.diagnostics
-                    if m.status and m.status[0].name.startswith('torque_predictor')]
-        self.until(lambda: len(ours()) >= 2, 10.0)
-        return {status.name.removeprefix('torque_predictor: '): (
+    def statuses(self, node: str = 'torque_predictor') -> list:
+        """Return the diagnostics of a node so far, each as status name to (level, text, keys)."""
+        return [{status.name.removeprefix(f'{node}: '): (
             status.level, status.message, {pair.key: pair.value for pair in status.values})
-                for status in ours()[-1].status}
+            for status in message.status} for message in self.diagnostics
+            if message.status and message.status[0].name.startswith(f'{node}: ')]
+
+    def report(self, node: str = 'torque_predictor') -> dict:
+        """Return the diagnostics of the next whole second."""
+        self.diagnostics.clear()
+        self.until(lambda: len(self.statuses(node)) >= 2, 10.0)
+        return self.statuses(node)[-1]
 
 
 @pytest.fixture(scope='session')
@@ -144,18 +169,28 @@ def start(domain):
         yield start_
 
 
-@pytest.fixture
-def refuses(start):
-    """Return a function that asserts: with these parameters, one clear line and exit code 1."""
-    def refuses_(executable: str, arguments, problem: str):
-        arguments = [arguments] if isinstance(arguments, str) else arguments
-        process = start(executable, *(word for argument in arguments for word in ('-p', argument)))
-        assert process.wait(20.0) == 1
-        lines = process.output.strip().splitlines()
-        assert len(lines) == 1, process.output
-        assert lines[0].startswith(f'{executable}: ')
-        assert problem in lines[0]
-    return refuses_
+@pytest.fixture(scope='session')
+def refusals(domain):
+    """Return a function: the one line with which a node refuses each list of parameters."""
+    def refusals_(executable: str, cases) -> list:
+        answer = subprocess.run(
+            [sys.executable, '-c', REFUSING, executable], input=json.dumps(cases), text=True,
+            capture_output=True, timeout=120)
+        assert answer.returncode == 0 and answer.stderr == '', answer.stderr[-2000:]
+        lines = []
+        for case, result in zip(cases, answer.stdout.splitlines(), strict=True):
+            code, err = json.loads(result)
+            assert code == 1 and err.count('\n') == 1, (case, code, err)
+            assert err.startswith(f'{executable}: '), (case, err)
+            lines.append(err)
+        return lines
+    return refusals_
+
+
+@pytest.fixture(scope='session')
+def lossless():
+    """Return ROS arguments with which a predictor loses no message on a busy machine."""
+    return LOSSLESS
 
 
 @pytest.fixture

@@ -1,6 +1,9 @@
-"""The two services: right by name, clear when they cannot answer."""
+"""Services gravity_torques and inverse_dynamics."""
+
+import os
 
 from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
@@ -16,10 +19,18 @@ QD = np.array([0.5, -0.4, 0.3, 0.6, -0.7, 0.2, 0.9])
 QDD = np.array([1.0, -2.0, 0.5, 1.5, -3.0, 2.0, 4.0])
 
 
-@pytest.fixture(params=['', '1'], ids=['plain', 'ROS_PYTHON_CHECK_FIELDS'])
-def node(request, robot, start_predictor):
-    """Start the predictor, once with checked message fields; return the test's own node."""
-    start_predictor(ROS_PYTHON_CHECK_FIELDS=request.param)
+@pytest.fixture(scope='module')
+def predictor(domain, lossless):
+    """Start a predictor that checks the fields of its messages."""
+    environment = {**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'}
+    with NodeProcess('torque_predictor', ['--ros-args', *lossless], environment) as process:
+        yield process
+
+
+@pytest.fixture
+def node(robot, predictor):
+    """Return the test's own node beside the predictor."""
+    robot.wait_for_node()
     return robot
 
 
@@ -59,29 +70,19 @@ def test_answers_by_name_in_any_order(node):
     np.testing.assert_allclose(np.reshape(answer.mass_matrix, (7, 7)), mass, atol=1e-12)
     np.testing.assert_allclose(np.reshape(answer.coriolis_matrix, (7, 7)), coriolis, atol=1e-12)
 
-
-def test_a_spring_that_is_held_is_said(robot, predictor):
-    q = Q.copy()
-    q[1] = -2.1
-    answer = robot.call(srv.GravityTorques, 'gravity_torques', srv.GravityTorques.Request(
-        state=joint_state(NAMES, 0, q)))
-    assert answer.success
-    assert 'spring' in answer.message
-
-
-def test_a_stamp_at_the_end_of_time_does_no_harm(robot, predictor):
-    request = srv.GravityTorques.Request(state=joint_state(NAMES, 0, Q))
-    request.state.header.stamp.sec = 2 ** 31 - 1
-    request.state.header.stamp.nanosec = 2 ** 32 - 1
-    assert robot.call(srv.GravityTorques, 'gravity_torques', request).success
-
-
-def test_empty_velocity_and_acceleration_of_a_given_state_are_zero(robot, predictor):
-    answer = robot.call(srv.InverseDynamics, 'inverse_dynamics',
-                        srv.InverseDynamics.Request(state=joint_state(NAMES, 0, Q)))
-    assert answer.success, answer.message
+    # Empty velocity and acceleration of a given state are zero.
+    answer = node.call(srv.InverseDynamics, 'inverse_dynamics',
+                       srv.InverseDynamics.Request(state=joint_state(NAMES, 0, Q)))
     np.testing.assert_allclose(answer.torque.effort, BaxterArm().gravity(Q), atol=1e-12)
     assert not np.any(answer.inertial) and not np.any(answer.coriolis)
+
+
+def test_the_answer_says_when_the_spring_is_held(node):
+    state = joint_state(NAMES, 0, np.where(np.arange(7) == 1, -2.1, Q))
+    state.header.stamp.sec, state.header.stamp.nanosec = 2 ** 31 - 1, 2 ** 32 - 1
+    answer = node.call(srv.GravityTorques, 'gravity_torques',
+                       srv.GravityTorques.Request(state=state))
+    assert answer.success and 'spring' in answer.message
 
 
 def test_empty_request_is_for_the_latest_state(node, sine):
@@ -105,19 +106,19 @@ def test_empty_request_is_for_the_latest_state(node, sine):
     np.testing.assert_allclose(torque.actuator_effort, newest.effort, atol=1e-12)
 
 
-def test_a_state_that_is_too_old_is_refused(robot, predictor, sine):
+def test_a_state_that_is_too_old_is_refused(node, sine):
     q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
-    robot.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
-    robot.spin(1.5)
+    node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
+    node.spin(1.2)
     for kind, name in ((srv.GravityTorques, 'gravity_torques'),
                        (srv.InverseDynamics, 'inverse_dynamics')):
-        answer = robot.call(kind, name)
+        answer = node.call(kind, name)
         assert not answer.success
         assert 'right_s0' in answer.message and 'arrived for' in answer.message
 
 
 REFUSED = [
-    ((), (), 'arrived yet'),
+    ((), (), 'has arrived'),
     ((NAMES[:6], Q[:6]), (), 'lacks right_w2'),
     ((NAMES + NAMES[:1], [*Q, 0.0]), (), 'twice'),
     ((NAMES, Q[:6]), (), 'state.position: expected 7 values'),
@@ -133,17 +134,17 @@ REFUSED = [
 ]
 
 
-def test_what_cannot_be_answered_is_refused_with_the_reason(robot, predictor):
+def test_what_cannot_be_answered_is_refused_with_the_reason(node):
     for state, acceleration, problem in REFUSED:
         names, *fields = state or ((),)
         message = joint_state(names, 0, *(np.array(field, dtype=float) for field in fields))
-        answer = robot.call(srv.InverseDynamics, 'inverse_dynamics', srv.InverseDynamics.Request(
+        answer = node.call(srv.InverseDynamics, 'inverse_dynamics', srv.InverseDynamics.Request(
             state=message, acceleration=[float(x) for x in acceleration]))
         assert not answer.success
         assert problem in answer.message, problem
         assert len(answer.torque.effort) == 0
         if not problem.startswith(('acceleration', 'state.velocity')):
-            answer = robot.call(srv.GravityTorques, 'gravity_torques',
-                                srv.GravityTorques.Request(state=message))
+            answer = node.call(srv.GravityTorques, 'gravity_torques',
+                               srv.GravityTorques.Request(state=message))
             assert not answer.success
             assert problem in answer.message

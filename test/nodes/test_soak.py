@@ -26,21 +26,21 @@ def soak(monkeypatch):
     return soak
 
 
-def test_the_node_loses_nothing_and_stays_as_it_is(soak, domain):
-    run = soak.through_node(6000)
-    assert run.received == run.sent == 6000
+def test_node_loses_nothing_and_does_not_grow(soak, domain):
+    run = soak.through_node(3000)
+    assert run.received == run.sent == 3000
     assert run.dropped == run.lost == 0
-    assert run.residuals == run.predicted == 6000 - run.quiet
+    assert run.residuals == run.predicted == 3000 - run.quiet
     assert run.growth < FLAT
 
 
-def test_the_stream_handler_loses_nothing_and_stays_as_it_is(soak):
-    run = soak.through_handler(20_000)
-    assert run.received == run.sent == 20_000
+def test_stream_handler_loses_nothing(soak):
+    run = soak.through_handler(5_000)
+    assert run.received == run.sent == 5_000
     assert run.lost == 0
 
 
-def test_the_stream_handler_keeps_nothing(soak):
+def test_stream_handler_keeps_nothing(soak):
     predictor = Predictor(PredictorSettings(), external=True)
     traced = []
     tracemalloc.start()
@@ -89,10 +89,10 @@ def arbitrary(n: int):
             yield message
 
 
-def test_arbitrary_messages_are_all_counted_and_the_node_still_answers(robot, predictor, stamps):
+def test_arbitrary_messages_are_all_counted(robot, predictor, stamps):
     handler = Predictor(PredictorSettings(), external=True)
     expected = []
-    for message in arbitrary(800):
+    for message in arbitrary(600):
         robot.publisher.publish(message)
         stamp = stamp_ns(message.header)
         expected.append(handler.handle(stamp, message.name, *map(from_field, (
@@ -105,7 +105,7 @@ def test_arbitrary_messages_are_all_counted_and_the_node_still_answers(robot, pr
     told = {key: int(value) for _, _, values in robot.report().values()
             for key, value in values.items() if key in ('received', 'predicted', *(
                 event.value for event in Event))}
-    assert told['received'] == counts['received'] > 800
+    assert told['received'] == counts['received'] > 600
     assert told == {key: counts[key if key in ('received', 'predicted') else Event(key)]
                     for key in told}
     assert sum(value > 0 for value in told.values()) > 12, 'not arbitrary enough'

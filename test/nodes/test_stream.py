@@ -1,11 +1,22 @@
-"""The node on a stream: what it publishes is what the stream handler computes, and is right."""
+"""The node on a stream: it publishes and reports the results of the stream handler."""
+
+import os
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model.joints import joint_names, SIDES
+from baxter_dynamics_ros.nodes.message_loss import MessageLoss
 import numpy as np
 from perfect_robot import measured
 import pytest
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, String
+from std_srvs.srv import Trigger
+
+START = 10 ** 18
+OK, ERROR, STALE = b'\x00', b'\x02', b'\x03'
+DELAY = 0.014 + np.sqrt(2) / (2 * np.pi * 5)  # [s]
+EXTRA = np.array([1.0, -2.0, 3.0, -4.0, 0.5, -0.6, 0.7])  # [N m]
 
 
 def synthetic(sine, seconds=2.0, period=0.01):
@@ -14,149 +25,188 @@ def synthetic(sine, seconds=2.0, period=0.01):
     return t, list(zip(*measured(PredictorSettings(), t, sine)))
 
 
-@pytest.mark.parametrize('check_fields', ['', '1'], ids=['plain', 'ROS_PYTHON_CHECK_FIELDS'])
-@pytest.mark.parametrize('side', ['right', 'left'])
-def test_publishes_what_the_handler_computes(robot, start_predictor, sine, stamps, side,
-                                             check_fields):
+@pytest.mark.parametrize('side, check_fields', [('right', ''), ('left', '1')])
+def test_publishes_results_of_the_stream_handler(
+        robot, start_predictor, sine, stamps, side, check_fields):
     start_predictor('-p', f'arm:={side}', ROS_PYTHON_CHECK_FIELDS=check_fields)
-    _, rows = synthetic(sine)
+    _, rows = synthetic(sine, 4.0)
+    rows = [(q, qd, effort + EXTRA) for q, qd, effort in rows]
     offline = Predictor(PredictorSettings(arm=side))
-    expected = [offline.handle(10 ** 18 + k * 10_000_000, joint_names(side), *row).prediction
+    expected = [offline.handle(START + k * 10_000_000, joint_names(side), *row).prediction
                 for k, row in enumerate(rows)]
     expected = {p.stamp_ns: p for p in expected if p is not None}
 
-    robot.stream(rows, side=side)
+    last = robot.stream(rows, side=side)
     robot.until(lambda: len(robot.residual) >= len(expected))
 
     assert stamps(robot.predicted) == stamps(robot.residual) == sorted(expected)
+    assert (last - stamps(robot.residual)[-1]) * 1e-9 == pytest.approx(DELAY, abs=1e-6)
     for predicted, residual, stamp in zip(robot.predicted, robot.residual, sorted(expected)):
         assert tuple(predicted.name) == tuple(residual.name) == joint_names(side)
         np.testing.assert_array_equal(predicted.position, expected[stamp].q)
         np.testing.assert_array_equal(predicted.velocity, expected[stamp].qd)
         np.testing.assert_array_equal(predicted.effort, expected[stamp].effort)
         np.testing.assert_array_equal(residual.effort, expected[stamp].residual)
+    residual = np.array([m.effort for m in robot.residual][-100:])
+    assert np.abs(residual - EXTRA).max() < 0.15  # measured minus predicted
+
+    if side == 'left':
+        return
+    report = robot.statuses()[-1]
+    assert [status[:2] for status in report.values() if status[0] != OK] == []
+    assert report['filter'][2]['state'] == 'running'
+    assert report['effort'][2]['valid'] == 'True'
+    for message in robot.diagnostics:
+        assert {status.hardware_id for status in message.status} == {'baxter_right_arm'}
 
 
-def test_stamp_is_the_instant_the_prediction_is_for(robot, predictor, sine, stamps):
-    t, rows = synthetic(sine, seconds=3.0)
-    robot.stream(rows)
-    robot.until(lambda: len(robot.predicted) >= len(rows) - 21)
-    when = (np.array(stamps(robot.predicted)) - 10 ** 18) * 1e-9
-    assert t[-1] - when[-1] == pytest.approx(0.014 + np.sqrt(2) / (2 * np.pi * 5), abs=1e-6)
-    q = sine(when)[0]
-    np.testing.assert_allclose([m.position for m in robot.predicted], q, atol=1e-3)
-    assert np.abs([m.effort for m in robot.residual][-100:]).max() < 0.15
-
-
-def test_residual_is_measured_less_predicted(robot, predictor, sine):
-    _, rows = synthetic(sine)
-    extra = np.array([1.0, -2.0, 3.0, -4.0, 0.5, -0.6, 0.7])
-    robot.stream([(q, qd, effort + extra) for q, qd, effort in rows])
-    robot.until(lambda: len(robot.residual) == len(rows) - 21)
-    np.testing.assert_allclose(np.mean([m.effort for m in robot.residual], axis=0), extra,
-                               atol=0.1)
-
-
-def test_other_messages_on_the_topic_do_no_harm(robot, predictor, sine):
-    _, rows = synthetic(sine)
-    nan = [np.nan] * 7
-    names = joint_names('right')
+def test_two_nodes_predict_two_arms_with_their_parameters(robot, start, sine):
+    load = {'right': 0.5, 'left': 1.2}  # [kg]
+    for side in SIDES:
+        start('torque_predictor', '-r', f'__ns:=/{side}', '-p', f'arm:={side}', '-p',
+              f'payload.mass:={load[side]}', '-p',
+              'qos_overrides./robot/joint_states.subscription.reliability:=reliable')
+    residuals = {side: robot.listen(JointState, f'/{side}/torque_predictor/effort_residual')
+                 for side in SIDES}
+    robot.until(lambda: robot.publisher.get_subscription_count() == 2)
+    robot.spin(0.5)
+    names = joint_names('right') + joint_names('left')
+    q, qd, _ = sine(np.arange(60) * 0.01)
+    rows = [(np.concatenate([q[k], -0.5 * q[k]]), np.concatenate([qd[k], -0.5 * qd[k]]),
+             np.concatenate([q[k] + 1.0, q[k] - 1.0])) for k in range(60)]
     for k, row in enumerate(rows):
-        stamp = 10 ** 18 + k * 10_000_000
-        robot.send(stamp, ['r_gripper_l_finger_joint'], [0.0], [0.0], [0.0])
-        robot.send(stamp, names, nan, row[1], row[2])
-        robot.send(stamp, names, row[0], np.full(7, np.inf), row[2])
-        robot.send(stamp, names[:6], row[0][:6], row[1][:6], row[2][:6])
-        robot.send(stamp, names, row[0][:5])
-        robot.send(stamp, [], [])
-        robot.send_arm(stamp, *row)
-        robot.spin(0.01)
-    robot.until(lambda: len(robot.residual) >= len(rows) - 21)
-    for message in robot.predicted + robot.residual:
-        assert np.isfinite([*message.position, *message.velocity, *message.effort]).all()
-    assert len(robot.predicted) == len(rows) - 21
-    counts = robot.report()['input'][2]
-    n = len(rows)
-    assert int(counts['not_this_arm']) == 2 * n
-    assert int(counts['non_finite']) == 2 * n
-    assert int(counts['incomplete_arm']) == n
-    assert int(counts['length_mismatch']) == n
-    assert int(counts['received']) == 7 * n
+        robot.send(START + k * 10_000_000, names, *row)
+    robot.until(lambda: all(len(residuals[side]) == 60 - 21 for side in SIDES))
+    for side in SIDES:
+        alone = Predictor(PredictorSettings.from_parameters(
+            {'arm': side, 'payload.mass': load[side]}))
+        steps = [alone.handle(START + k * 10_000_000, names, *row) for k, row in enumerate(rows)]
+        assert [list(m.effort) for m in residuals[side]] == [
+            step.prediction.residual.tolist() for step in steps if step.prediction]
+        assert all(tuple(m.name) == joint_names(side) for m in residuals[side])
 
 
-def test_without_valid_effort_there_is_a_prediction_and_no_residual(robot, predictor, sine):
-    _, rows = synthetic(sine, seconds=1.5)
-    robot.stream([(q, qd, None) for q, qd, _ in rows])
-    robot.until(lambda: len(robot.predicted) > 100)
-    robot.stream([(q, qd, None) for q, qd, _ in rows[:1]], start=10 ** 18 + 10 ** 10)
-    for k, (q, qd, _) in enumerate(rows):
-        names = joint_names('right')
-        robot.send(10 ** 18 + 2 * 10 ** 10 + k * 10_000_000, names, q, qd, np.zeros(7))
-        robot.spin(0.01)
-    robot.until(lambda: len(robot.predicted) > 220)
-    assert robot.residual == []
-    level, message, values = robot.report()['effort']
-    assert int(values['effort_missing']) == len(rows)  # without the stray one, 10 s ahead
-    assert int(values['effort_all_zero']) == len(rows)
-
-
-def test_without_velocity_the_positions_serve(robot, predictor, sine, stamps):
-    t, rows = synthetic(sine, seconds=2.5)
-    robot.stream([(q, None, effort) for q, _, effort in rows])
-    robot.until(lambda: len(robot.residual) == len(rows) - 21)
-    assert np.abs([m.effort for m in robot.residual][-100:]).max() < 0.15
-    delay = 10 ** 18 + t[-1] * 1e9 - stamps(robot.predicted)[-1]
-    assert delay * 1e-9 == pytest.approx(0.015 + np.sqrt(2) / (2 * np.pi * 5), abs=1e-6)
-
-
-def test_a_gap_and_a_reset_make_the_filter_settle_anew(robot, predictor, sine, stamps):
-    from std_srvs.srv import Trigger
-    _, rows = synthetic(sine, seconds=1.0)
-    robot.stream(rows, start=10 ** 18)
-    robot.until(lambda: len(robot.predicted) == len(rows) - 21)
-    robot.stream(rows, start=10 ** 18 + 2 * 10 ** 9)
-    robot.until(lambda: len(robot.predicted) == 2 * (len(rows) - 21) - 1)  # one to confirm
-    answer = robot.call(Trigger, 'reset')
-    assert answer.success
-    robot.stream(rows, start=10 ** 18 + 3 * 10 ** 9)
-    robot.until(lambda: len(robot.predicted) == 3 * (len(rows) - 21) - 1)
+def test_filter_settles_after_a_gap_and_a_reset(robot, predictor, sine):
+    _, rows = synthetic(sine, seconds=0.6)
+    settled = len(rows) - 21
+    robot.stream(rows)
+    robot.until(lambda: len(robot.predicted) == settled)
+    robot.stream(rows, start=START + 2 * 10 ** 9)
+    robot.until(lambda: len(robot.predicted) == 2 * settled - 1)  # one message confirms the gap
+    assert robot.call(Trigger, 'reset').success
+    robot.stream(rows, start=START + 3 * 10 ** 9)
+    robot.until(lambda: len(robot.predicted) == 3 * settled - 1)
     values = robot.report()['filter'][2]
-    assert values['reset_gap'] == '1'
-    assert values['reset_requested'] == '1'
+    assert values['reset_gap'] == values['reset_requested'] == '1'
 
 
-def test_diagnostics_say_that_nothing_arrives_and_what_to_do(robot, predictor):
+def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predictor, sine):
     level, message, values = robot.report()['input']
-    assert level == b'\x03'  # STALE
+    assert level == STALE
     assert message == 'no joint states received on /robot/joint_states; publishers: 1'
     assert values['rate [Hz]'] == '0.0'
+    robot.spin(1.2)
+    assert predictor.output.count('[WARN]') == 1, predictor.output
+
+    _, rows = synthetic(sine, seconds=4.0)
+    for spoil, reason in ((np.degrees, 'units are rad, rad/s and N m'),
+                          (lambda q: q * np.nan, 'NaN positions')):
+        robot.diagnostics.clear()
+        robot.stream([(spoil(q), *rest) for q, *rest in rows], pace=0.006)
+        report = robot.statuses()[-1]
+        assert report['input'][0] == ERROR and reason in report['input'][1]
+        assert report['effort'][0] == STALE and 'valid' not in report['effort'][1]
+        assert reason in predictor.output
 
 
-def test_diagnostics_of_a_healthy_stream(robot, predictor, sine):
-    _, rows = synthetic(sine, seconds=5.0)
-    robot.stream(rows)
-    reports = [m for m in robot.diagnostics if m.status[0].name == 'torque_predictor: input']
-    status = {s.name: s for s in reports[-1].status}
-    values = {name: {pair.key: pair.value for pair in s.values} for name, s in status.items()}
-    assert all(s.level == b'\x00' for s in status.values())
-    assert all(s.hardware_id == 'baxter_right_arm' for s in status.values())
-    assert float(values['torque_predictor: input']['rate [Hz]']) > 0.0
-    assert float(values['torque_predictor: input']['age [s]']) < 1.0
-    assert values['torque_predictor: filter']['state'] == 'running'
-    assert values['torque_predictor: effort']['valid'] == 'True'
-    assert float(values['torque_predictor: residual']['s1 RMS [N m]']) < 0.15
+def test_other_names_are_reported(robot, predictor):
+    for names, words in (
+            (['base/right_s0', 'grip\x1b[31m'], ['base/right_s0', 'grip\\x1b', 'joint_prefix']),
+            ([], ['have no joint names'])):
+        robot.until(lambda: robot.send(START, names, np.zeros(len(names))) or any(
+            report['input'][0] == STALE and 'right_s0 ... right_w2' in report['input'][1]
+            and all(word in report['input'][1] for word in words)
+            for report in robot.statuses()))
+    assert '\x1b' not in predictor.output
 
 
-@pytest.mark.parametrize('spoil, reason', [
-    (lambda row: (np.degrees(row[0]), row[1], row[2]), 'units are rad, rad/s and N m'),
-    (lambda row: (row[0] * np.nan, row[1], row[2]), 'NaN positions'),
-], ids=['degrees', 'NaN'])
-def test_diagnostics_name_what_is_wrong_with_all_messages(robot, predictor, sine, spoil, reason):
-    _, rows = synthetic(sine, seconds=3.0)
-    robot.stream([spoil(row) for row in rows])
-    status = {s.name: s for s in robot.diagnostics[-1].status}
-    assert status['torque_predictor: input'].level == b'\x02'  # ERROR
-    assert reason in status['torque_predictor: input'].message
-    assert status['torque_predictor: effort'].level == b'\x03'  # STALE
-    assert 'valid' not in status['torque_predictor: effort'].message
-    assert reason in predictor.output
+def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor, sine):
+    """gz_ros2_control publishes Baxter's 17 joints in its own order, effort not available."""
+    arm = joint_names('right')
+    names = ['head_pan', *joint_names('left'), 'torso_t0', *arm[::-1], 'head_nod']
+    contact = []
+    robot.create_subscription(Bool, '/torque_predictor/contact', contact.append, 10)
+    q, qd, _ = sine(np.arange(0.0, 1.0, 0.01))
+    for k in range(len(q)):
+        fields = [[row[k][arm.index(name)] if name in arm else np.nan for name in names]
+                  for row in (q, qd)]
+        robot.send(START + k * 10_000_000, names, *fields, [np.nan] * 17)
+        robot.spin(0.004)
+    robot.until(lambda: len(robot.predicted) == len(q) - 21)
+    report = robot.report()
+    assert not robot.residual and not contact
+    assert int(report['effort'][2]['effort_missing']) == len(q)
+    assert report['input'][2]['non_finite'] == '0'
+    assert predictor.output.count('no measured effort (empty or NaN)') == 1
+
+
+def test_prefix_and_frame(robot, start_predictor, sine):
+    start_predictor('-p', 'joint_prefix:=robot_1/', '-p', 'frame_id:=robot_1/base')
+    names = ['robot_1/' + name for name in joint_names('right')]
+    q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
+    for k in range(len(q)):
+        robot.send(START + k * 10_000_000, names, q[k], qd[k])
+        robot.spin(0.004)
+    robot.until(lambda: len(robot.predicted) == len(q) - 21)
+    assert list(robot.predicted[0].name) == names
+    assert robot.predicted[0].header.frame_id == 'robot_1/base'
+
+
+def test_another_type_is_reported_and_topics_can_be_remapped(robot, start):
+    robot.create_publisher(String, '/text', 1)
+    publisher = robot.create_publisher(JointState, '/sim/joint_states', 10)
+    start('torque_predictor', '-r', '/robot/joint_states:=/text')
+    start('torque_predictor', '-r', '/robot/joint_states:=/sim/joint_states')
+    robot.until(lambda: publisher.get_subscription_count() == 1)
+    robot.until(lambda: any('published as std_msgs/msg/String' in report['input'][1]
+                            for report in robot.statuses()))
+
+
+def test_messages_lost_by_the_middleware_are_counted(robot, start_predictor, sine):
+    start_predictor('-p', 'qos_overrides./robot/joint_states.subscription.depth:=5')
+    q, qd, _ = sine(np.arange(0.0, 10.0, 0.01))
+    robot.send_arm(START, q[0], qd[0], np.ones(7))
+    # Losses before the first message cannot be known.
+    robot.until(lambda: robot.report()['input'][2]['received'] == '1')
+    for k in range(1, len(q)):  # faster than any node takes them
+        robot.send_arm(START + k * 10_000_000, q[k], qd[k], np.ones(7))
+    robot.spin(0.5)
+    robot.send_arm(START + len(q) * 10_000_000, q[0], qd[0], np.ones(7))
+    values = robot.report()['input'][2]
+    assert int(values['received']) + int(values['lost']) == len(q) + 1
+
+
+@pytest.mark.parametrize('publishers, numbers, lost', [
+    (1, [1, 2, 3, 4], 0), (1, [7, 8, 10, 11], 1), (1, [1, 2, 1, 2, 4], 1), (1, [None, None], 0),
+    (2, [1, 1000, 2, 1001, 3, 1003, 4], 1), (2, [5, 900, 901, 6, 7, 902, 9], 1)])
+def test_gaps_in_sequence_numbers(publishers, numbers, lost):
+    loss = MessageLoss()
+    loss.matched(publishers)
+    for number in numbers:
+        loss.received(number)
+    assert loss.lost == lost
+
+
+def test_topics_work_without_the_service_types(robot, start, tmp_path, sine):
+    hidden = tmp_path / 'baxter_dynamics_interfaces'
+    hidden.mkdir()
+    (hidden / '__init__.py').write_text('raise ImportError("not installed")\n')
+    path = os.pathsep.join([str(tmp_path), os.environ.get('PYTHONPATH', '')])
+    process = start('torque_predictor', PYTHONPATH=path)
+    robot.wait_for_node()
+    robot.stream(synthetic(sine, 0.6)[1])
+    robot.until(lambda: robot.residual)
+    assert 'pip install ./baxter_dynamics_interfaces' in process.output
+    services = [name for name, _ in robot.get_service_names_and_types()]
+    assert '/torque_predictor/reset' in services
+    assert '/torque_predictor/gravity_torques' not in services

@@ -1,4 +1,4 @@
-"""Every failure on the way to a robot names its step; whatever a robot sends, the client lives."""
+"""Failures of the connection to a robot: each names its stage, and none ends the client."""
 
 from http.server import BaseHTTPRequestHandler, HTTPServer
 import socket
@@ -9,7 +9,7 @@ import urllib.error
 import urllib.request
 from xmlrpc.server import SimpleXMLRPCServer
 
-from baxter_dynamics_ros.ros1.errors import Ros1Error, Step
+from baxter_dynamics_ros.ros1.errors import Ros1Error, Stage
 from baxter_dynamics_ros.ros1.joint_state import MD5SUM, TYPE
 from baxter_dynamics_ros.ros1.master import Master
 from baxter_dynamics_ros.ros1.network import Endpoint, local_address
@@ -104,39 +104,41 @@ def until(condition, seconds=10.0):
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize('reply, answers, step, found', [
-    (encode_header({'error': 'no such topic here'}), {}, Step.PUBLISHER, 'no such topic here'),
-    (encode_header({**HEADER, 'type': 'std_msgs/String'}), {}, Step.TYPE, 'std_msgs/String'),
-    (encode_header({**HEADER, 'md5sum': 'f00'}), {}, Step.TYPE, 'checksum f00'),
-    (encode_header({}), {}, Step.TYPE, 'has the type nothing'),
-    (b'', {'requestTopic': ['UDPROS', 'x', 1]}, Step.PUBLISHER, 'does not offer TCPROS'),
-    (b'', {'requestTopic': 'x'}, Step.PUBLISHER, 'does not offer TCPROS'),
-    (b'', {'requestTopic': ['TCPROS', 'x', 10 ** 6]}, Step.PUBLISHER, 'does not offer TCPROS'),
-    (b'', {'requestTopic': ['TCPROS', '127.0.0.1', 1]}, Step.PORT, 'port 1 of 127.0.0.1 is'),
-    (b'', {'registerSubscriber': ['rosrpc://x:1']}, Step.NAME, "'rosrpc://x:1' is not the URI"),
-    (b'', {'registerSubscriber': 'x'}, Step.MASTER, 'is not a ROS 1 master'),
-    (b'', {'getSystemState': [3]}, Step.MASTER, 'is not a ROS 1 master'),
-    (b'', {'getSystemState': [[[TOPIC, 7]], [], []]}, Step.MASTER, 'is not a ROS 1 master'),
-    (encode_header(HEADER), {}, Step.STREAM, 'the publisher closed the connection'),
-    (encode_header(HEADER) + LONG, {}, Step.STREAM, 'sent a malformed message'),
-    (encode_header(HEADER) + message(3), {}, Step.ADDRESS, 'does not reach this machine'),
+@pytest.mark.parametrize('reply, answers, stage, found', [
+    (encode_header({'error': 'no such topic here'}), {}, Stage.PUBLISHER, 'no such topic here'),
+    (encode_header({**HEADER, 'type': 'std_msgs/String'}), {}, Stage.TYPE, 'std_msgs/String'),
+    (encode_header({**HEADER, 'md5sum': 'f00'}), {}, Stage.TYPE, 'checksum f00'),
+    (encode_header({}), {}, Stage.TYPE, 'has the type nothing'),
+    (b'', {'requestTopic': ['UDPROS', 'x', 1]}, Stage.PUBLISHER, 'does not offer TCPROS'),
+    (b'', {'requestTopic': 'x'}, Stage.PUBLISHER, 'does not offer TCPROS'),
+    (b'', {'requestTopic': ['TCPROS', 'x', 10 ** 6]}, Stage.PUBLISHER, 'does not offer TCPROS'),
+    (b'', {'requestTopic': ['TCPROS', '127.0.0.1', 1]}, Stage.PORT, 'port 1 of 127.0.0.1 is'),
+    (b'', {'registerSubscriber': ['rosrpc://x:1']}, Stage.NAME, "'rosrpc://x:1' is not the URI"),
+    (b'', {'registerSubscriber': 'x'}, Stage.MASTER, 'is not a ROS 1 master'),
+    (b'', {'getSystemState': [3]}, Stage.MASTER, 'is not a ROS 1 master'),
+    (b'', {'getSystemState': [[[TOPIC, 7]], [], []]}, Stage.MASTER, 'is not a ROS 1 master'),
+    (encode_header(HEADER), {}, Stage.STREAM, 'the publisher closed the connection'),
+    (encode_header(HEADER) + LONG, {}, Stage.STREAM, 'sent a malformed message'),
+    (encode_header(HEADER) + message(3), {}, Stage.ADDRESS, 'does not reach this machine'),
 ])
-def test_each_failure_names_its_step(serve, reply, answers, step, found):
+def test_each_failure_names_its_stage(serve, reply, answers, stage, found):
     _, client, _ = serve(reply, **answers)
-    until(lambda: any(error.step == step and found in error.found and error.remedy
+    until(lambda: any(error.stage == stage and found in error.cause and error.remedy
                       for error in client.problems(TOPIC)))
 
 
 def test_hosts_ports_and_uris_that_cannot_be(monkeypatch):
     with socket.create_server(('127.0.0.1', 0)) as silent:  # accepts, and never answers
         monkeypatch.setattr('baxter_dynamics_ros.ros1.rpc.TIMEOUT', 0.2)
-        for uri, step in ((f'http://127.0.0.1:{silent.getsockname()[1]}', Step.ROUTE),
-                          ('http://no-such-robot.invalid', Step.NAME),
-                          ('http://127.0.0.1:1', Step.PORT), ('http://x:99999999', Step.NAME),
-                          ('robot:11311', Step.NAME), (f'http://{"a" * 70}.local', Step.NAME)):
+        cases = {
+            f'http://127.0.0.1:{silent.getsockname()[1]}': Stage.ROUTE,
+            'http://no-such-robot.invalid': Stage.NAME, 'http://127.0.0.1:1': Stage.PORT,
+            'http://x:99999999': Stage.NAME, 'robot:11311': Stage.NAME,
+            f'http://{"a" * 70}.local': Stage.NAME}
+        for uri, stage in cases.items():
             with pytest.raises(Ros1Error) as error:
                 Master(uri, '/test').system_state()
-            assert error.value.step == step and error.value.remedy
+            assert error.value.stage == stage and error.value.remedy
 
 
 def test_this_machines_address_is_as_the_environment_says():
@@ -148,7 +150,7 @@ def test_this_machines_address_is_as_the_environment_says():
 def test_only_requests_that_read_or_subscribe_can_be_sent(serve):
     for method in ('setParam', 'registerPublisher', 'registerService', 'deleteParam', 'shutdown'):
         with pytest.raises(ValueError, match='read-only'):
-            call(Endpoint('127.0.0.1', 1), Step.MASTER, method)
+            call(Endpoint('127.0.0.1', 1), Stage.MASTER, str, method)
 
 
 def test_malformed_streams_are_counted_and_tried_anew_and_nothing_comes_twice(serve):
@@ -190,7 +192,7 @@ def test_the_server_for_the_masters_calls_refuses_what_is_too_long(serve):
     port = int(api.rsplit(':', 1)[1].strip('/'))
     call_update = Endpoint('127.0.0.1', port)
     with pytest.raises(ValueError):
-        call(call_update, Step.MASTER, 'publisherUpdate')
+        call(call_update, Stage.MASTER, str, 'publisherUpdate')
     from xmlrpc.client import ServerProxy
     assert ServerProxy(api).publisherUpdate('/master', TOPIC, 7)[0] == -1
     assert ServerProxy(api).publisherUpdate('/master', TOPIC, [robot.uri])[0] == 1
@@ -233,7 +235,7 @@ def test_whatever_a_master_answers_is_named_as_no_master(answering, body):
     answering.body = body
     with pytest.raises(Ros1Error) as error:
         Master(f'http://127.0.0.1:{answering.server_address[1]}', '/test').topic_types()
-    assert error.value.step == Step.MASTER
+    assert error.value.stage == Stage.MASTER
 
 
 def test_an_answer_that_is_too_long_is_refused(answering):
