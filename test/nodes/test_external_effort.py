@@ -85,7 +85,7 @@ def test_the_wrench_is_withheld_with_a_straight_elbow(robot, predictor):
     reports = []
     for number, q in enumerate((straight, bent)):
         robot.stream([(q, np.zeros(7), np.ones(7))] * 200, start=10 ** 18 + number * 10 ** 10,
-                     pace=0.006)
+                     pace=0.01)
         robot.until(lambda: len(external) == (197 if number else 0) + 198)
         reports.append(robot.statuses()[-1]['external'])
         assert bool(wrenches) == (q is bent)
