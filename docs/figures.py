@@ -20,8 +20,8 @@ FOLDER = Path(__file__).resolve().parent / 'figures'
 FIGURES = {
     'demo.png': ('drawing.commands', 'demo'),
     'report.png': ('drawing.commands', 'report'),
-    'watch.svg': ('drawing.watch', 'draw'),
-    'residual.png': ('drawing.residual', 'draw'),
+    'watch.svg': ('drawing.commands', 'watch'),
+    'residual.png': ('drawing.residual', 'causes'),
     'arm_as_printed.svg': ('drawing.model', 'arm_as_printed'),
     'torque_as_printed.svg': ('drawing.model', 'torque_as_printed'),
     'spring.svg': ('drawing.effort', 'spring'),

@@ -1,212 +1,156 @@
-"""What a calibration gained, in sentences: did it help, can it be trusted, what to record."""
+"""Findings of a calibration: improvement, confidence, what to record next, and the robot."""
+
+import math
 
 import numpy as np
 
-from .calibration_terms import parameter_name, PER_JOINT, term_name, value_text
-from .findings import Finding, percent, torque
-from .page import change, number
+from .findings import listed
+from .number_text import change, number, percent, plus_minus, torque
+from .term_names import parameter_name, term_name, value_text
 from ..calibration.calibrate_robot import sweeps
-from ..calibration.calibration_results import Calibration, Selection
-from ..model.arrays import Array, Bools
+from ..calibration.calibration_results import Calibration
+from ..model.arrays import Array
 from ..model.joints import JOINTS
+from ..recordings.data_check import USUAL_LAG
 
-_SAME = 0.005  # a residual that differs by a smaller share is the same
-_WORSE = 0.02  # a single recording is called worse from this share on
-_FEW = 3  # recordings; with fewer, one more tells much
-_NAMED = 5  # that are named, before the rest is counted
-_LONGEST = 60  # letters of a recording's name within a sentence
-
-
-def findings(calibration: Calibration) -> list[Finding]:
-    """
-    Return what was gained, and how far to trust it; as findings.
-
-    Parameters
-    ----------
-    calibration : Calibration
-        What was found.
-
-    Returns
-    -------
-    list of Finding
-        The first says whether it helped.
-
-    """
-    found = [_gain(calibration), _left(calibration), _bought(calibration), _harm(calibration),
-             _worse(calibration), _contact(calibration), _trust(calibration),
-             _uncertain(calibration),
-             _record_next(calibration)]
-    return [finding for finding in found if finding is not None]
+_SAME = 0.005  # relative difference below which residuals are equal
+_WORSE = 0.02  # relative increase from which a single recording is called worse
+_FEW = 3  # recordings, below which one more helps much
+_NAMED = 5  # parameters that are named; the others are counted
 
 
-def _gain(calibration: Calibration) -> Finding:
+def _gain(calibration: Calibration) -> str:
     before, after = calibration.rms_before, calibration.rms_after
     better, worse = after < (1 - _SAME) * before, after > (1 + _SAME) * before
     changes = [f'{joint}\u00a0{change(*pair)}' for joint, *pair in zip(JOINTS, before, after)]
     if better.all():
         text = f'smaller at every joint: {", ".join(changes)}'
     elif better.any():
-        text = (f'smaller at {_list(changes, better)}, and no smaller at '
-                f'{_list(changes, ~better)}')
+        text = f'smaller at {listed(better, changes)}, and not at {listed(~better, changes)}'
     elif worse.any():
-        text = f'smaller at no joint: {", ".join(changes)}. Keep the settings that you had'
+        text = f'smaller at no joint: {", ".join(changes)}. Keep your present parameters'
     else:
-        text = 'as it was at every joint: nothing was gained'
-    return Finding('Gain', f'On {_those(calibration)} that the fit did not see, the residual is '
-                   f'{text}.')
+        text = 'unchanged at every joint'
+    return f'On {_kind(calibration)}s left out of the fit, the residual is {text}.'
 
 
-def _left(calibration: Calibration) -> Finding:
+def _remaining(calibration: Calibration) -> str:
     after = calibration.rms_after
     most = int(after.argmax())
-    return Finding('What is left', f'{JOINTS[most]} has the largest residual, '
-                   f'{torque(after[most])} RMS, which was '
-                   f'{torque(calibration.rms_before[most])}. This is the measure for the '
-                   "node's residual: what is not well above it is the model's own error, no "
-                   'contact and no load.')
+    return (f'{JOINTS[most]} has the largest residual, {torque(after[most])} RMS; it was '
+            f'{torque(calibration.rms_before[most])}. Compare the residual of the node with these '
+            'numbers: less than about twice as much is an error of the model, not contact or '
+            'load.')
 
 
-def _bought(calibration: Calibration) -> 'Finding | None':
-    shares = _shares(calibration.steps)  # (steps, 7)
-    names = [term_name(step.term) for step in calibration.steps[1:]]
-    mean = shares.mean(1)
-    order = [k for k in np.argsort(-mean, kind='stable') if mean[k] > _SAME]
+def _best_terms(calibration: Calibration) -> 'str | None':
+    mean = _shares(calibration).mean(1)
+    order = [k for k in np.argsort(-mean, kind='stable')[:3] if mean[k] > _SAME]
     if not order:
         return None
-    text = f'{names[order[0]]}, which takes {percent(mean[order[0]])} off the residual'
-    if len(order) > 1:
-        text += ', then ' + ', '.join(f'{names[k]} ({percent(mean[k])})' for k in order[1:3])
-    text += '; means over the joints.'
-    others: dict[int, list[int]] = {}
-    for joint in range(len(JOINTS)):
-        k = int(shares[:, joint].argmax())
-        if k != order[0] and shares[k, joint] > _SAME:
-            others.setdefault(k, []).append(joint)
-    if others:
-        text += ' Single joints gain more by others: ' + '; '.join(
-            f'{names[k]} at '
-            + ', '.join(f'{JOINTS[i]} ({percent(shares[k, i])})' for i in joints)
-            for k, joints in others.items()) + '.'
-    nothing = [name for name, step in zip(names, calibration.steps[1:]) if not step.joints]
-    if nothing:
-        text += f' Kept at no joint: {", ".join(nothing)}.'
-    return Finding('What bought most', _sentence([text]))
+    return 'Mean decrease of the residual over the joints: ' + ', '.join(
+        f'{term_name(calibration.steps[k + 1].term)} {percent(mean[k])}' for k in order) + '.'
 
 
-def _harm(calibration: Calibration) -> 'Finding | None':
-    harm = []
-    for step, shares in zip(calibration.steps[1:], _shares(calibration.steps)):
-        kept = shares[list(step.joints)]
-        if step.term in PER_JOINT or step.term == 'spring':
-            joints = [JOINTS[i] for i in step.joints if shares[i] < -_SAME]
-            if joints:
-                harm.append(f'{term_name(step.term)} at {", ".join(joints)}')
-        elif len(kept) and kept.mean() < -_SAME:
-            harm.append(f'{term_name(step.term)} ({percent(-kept.mean())} more, mean over the '
-                        'joints)')
-    if not harm:
-        return None
-    return Finding('Fitted, but no help', 'These make the residual on what was left out greater: '
-                   f'{"; ".join(harm)}. The bias is fitted in any case, and what was asked for. '
-                   'Ask for less, or record more varied motion.')
-
-
-def _worse(calibration: Calibration) -> 'Finding | None':
+def _worse(calibration: Calibration) -> 'str | None':
     judged = calibration.judged
     ratio = np.array([one.after / np.maximum(one.before, 1e-9) for one in judged])  # (n, 7)
     worse = ratio > 1 + _WORSE
     if not worse.any():
         return None
     n, joint = np.unravel_index(np.argmax(np.where(worse, ratio, 0.0)), ratio.shape)
-    kind = _kind(calibration)
-    count = int(worse.any(1).sum())
-    what = f'All {count} {kind}s' if count == len(judged) else f'{count} of {len(judged)} {kind}s'
-    return Finding('Worse than before', f'{what} {"is" if count == 1 else "are"} predicted worse '
-                   f'at some joint ({_list(JOINTS, np.any(worse, axis=0))}), most of all '
-                   f'{_shortened(judged[n].name)} at {JOINTS[joint]}: '
-                   f'{number(judged[n].before[joint], 2)} before, '
-                   f'{torque(judged[n].after[joint])} after.')
+    return (f'{worse.any(1).sum()} of {len(judged)} {_kind(calibration)}s, at '
+            f'{listed(np.any(worse, axis=0))}; most {judged[n].name} at {JOINTS[joint]}: '
+            f'{number(judged[n].before[joint], 2)} before, {torque(judged[n].after[joint])} '
+            'after.')
 
 
-def _contact(calibration: Calibration) -> 'Finding | None':
+def _contact(calibration: Calibration) -> 'str | None':
     if not calibration.contacts:
         return None
     joints = sorted({JOINTS.index(contact.joint) for contact in calibration.contacts})
     errors = ', '.join(
         f'{JOINTS[i]} {torque(calibration.rms_after[i])} without it and '
         f'{torque(calibration.rms_with_contact[i])} with it' for i in joints)
-    named = '; '.join(map(str, calibration.contacts))
-    return Finding('Contact', f'{named}. It is left out of the fit and of the errors on this '
-                   f'page: {errors}.')
+    return (f'{"; ".join(map(str, calibration.contacts))}. It is left out of the fit and of the '
+            f'errors on this page: {errors}.')
 
 
-def _trust(calibration: Calibration) -> Finding:
+def _trust(calibration: Calibration) -> str:
     n = len(calibration.judged)
     if calibration.by_time:
-        return Finding('Judged by time', f'There is one recording. Each of {n} parts of it was '
-                       'predicted by a fit to the other parts. Laps repeat: where the motion does '
-                       'the same again, the parts have seen each other, and all numbers here look '
-                       'better than they would on another motion.')
-    return Finding('Judged by recording', f'Each of {n} recordings was predicted, whole, by a fit '
-                   f'to the other{"s" if n > 2 else ""}. The numbers hold for a '
-                   'next motion that differs from these as these differ from each other.')
+        return (f'There is one recording. Each of its {n} parts was predicted by a fit to the '
+                'others. If the motion repeats, the parts are alike, and the result looks better '
+                'than it would on another motion.')
+    return (f'Each of {n} recordings was predicted by a fit to the other{"s" if n > 2 else ""}. '
+            'Expect these residuals for a new motion that differs from the recordings as much as '
+            'they differ from each other.')
 
 
-def _uncertain(calibration: Calibration) -> 'Finding | None':
-    loose = [fitted for fitted in calibration.parameters
-             if fitted.term != 'inertial' and fitted.deviation > abs(fitted.value)]
+def _uncertain(calibration: Calibration) -> 'str | None':
+    loose = [f'{parameter_name(one)} ({value_text(one)})' for one in calibration.parameters
+             if one.term != 'inertial' and one.deviation > abs(one.value)]
     if not loose:
         return None
-    named = [f'{parameter_name(one)} ({value_text(one)})' for one in loose[:_NAMED]]
-    more = f', and {len(loose) - _NAMED} more below' if len(loose) > _NAMED else ''
-    return Finding('Not told from zero', f'{_sentence(named, ", ")}{more}: the uncertainty is '
-                   'larger than the value. Others can take their part, so do not read them as '
-                   'properties of the robot.')
+    more = f' and {len(loose) - _NAMED} more' if len(loose) > _NAMED else ''
+    return (f'{", ".join(loose[:_NAMED])}{more}: the standard deviation is larger than the '
+            'value. Do not read these as properties of the robot.')
 
 
-def _record_next(calibration: Calibration) -> 'Finding | None':
+def _record_next(calibration: Calibration) -> 'str | None':
     wishes = []
-    if calibration.by_time:
-        wishes.append('a second recording of another motion, so that whole recordings can be left '
-                      'out')
-    elif len(calibration.judged) < _FEW:
-        wishes.append('more recordings of different motions')
+    if calibration.by_time or len(calibration.judged) < _FEW:
+        wishes.append('another recording of a different motion')
     model = calibration.after.effort_model
     lower, upper = model.spring_range
     low, high = np.clip(calibration.s1_range, lower, upper)
     if model.enabled and not sweeps(low, high, model):
-        wishes.append(f'a motion that sweeps s1 from {number(lower, 1)} to {number(upper, 1)} '
-                      f'rad, for the spring (now {number(low, 2)} to {number(high, 2)})')
+        wishes.append(f'a motion of s1 from {number(lower, 1)} to {number(upper, 1)} rad, for the '
+                      f'spring (now {number(low, 2)} to {number(high, 2)})')
     if any(notice.kind in ('unidentifiable', 'still') for notice in calibration.notices):
-        wishes.append('a motion in which the joints named in the warnings turn to and fro')
-    if not wishes:
+        wishes.append('a motion in which the joints named in the warnings move back and forth')
+    return f'Useful: {"; ".join(wishes)}. See the last command of this page.' if wishes else None
+
+
+def _lag(calibration: Calibration) -> str:
+    used = f'{number(1e3 * calibration.after.acceleration.velocity_lag, 1)}\u00a0ms'
+    lag = calibration.lag
+    if lag is None:
+        return (f'Not measured, because no joint moves or velocity is missing. Used: {used}.')
+    text = (f'{plus_minus(1e3 * lag.value, 1e3 * lag.uncertainty)}\u00a0ms measured, {used} used; '
+            f'{number(1e3 * USUAL_LAG, 0)}\u00a0ms are usual on Baxter.')
+    odd = np.abs(lag.per_joint - lag.value) > 0.003  # false where NaN
+    joints = [f'{joint} ({number(1e3 * value, 1)}\u00a0ms)'
+              for joint, value in zip(JOINTS, lag.per_joint)]
+    return text + (f' Different: {listed(odd, joints)}.' if odd.any() else '')
+
+
+def _tilt(calibration: Calibration) -> 'str | None':
+    fitted = {one.component: one for one in calibration.of_term('tilt')}
+    if not fitted:
         return None
-    return Finding('Record next', f'{_sentence(wishes)}. The last command of this page prints an '
-                   'exciting motion of one minute.')
+    x, y, z = calibration.after.gravity
+    forward, left, total = (math.degrees(math.atan2(part, abs(z)))
+                            for part in (x, y, math.hypot(x, y)))
+    sigma = [math.degrees(fitted[axis].deviation / math.hypot(x, y, z)) for axis in 'xy']
+    return (f'{number(total, 1)}°: {number(abs(forward), 1)} ± {number(sigma[0], 1)}° '
+            f'{"forward" if forward >= 0 else "backward"} and '
+            f'{number(abs(left), 1)} ± {number(sigma[1], 1)}° to the '
+            f'{"left" if left >= 0 else "right"}.')
 
 
-def _shares(steps: list[Selection]) -> Array:
-    """Return which share of the residual each step took away, (steps, 7), less than 1."""
-    rms = np.maximum([step.rms for step in steps], 1e-9)
-    return 1.0 - rms[1:] / rms[:-1]
-
-
-def _those(calibration: Calibration) -> str:
-    return 'parts of the recording' if calibration.by_time else 'recordings'
+RULES = (
+    ('Improvement', _gain), ('Remaining residual', _remaining), ('Best terms', _best_terms),
+    ('Worse than before', _worse), ('Contact', _contact), ('Cross-validation', _trust),
+    ('Uncertain parameters', _uncertain), ('Velocity lag', _lag), ('Tilt of the base', _tilt),
+    ('Record next', _record_next))
 
 
 def _kind(calibration: Calibration) -> str:
     return 'part' if calibration.by_time else 'recording'
 
 
-def _list(texts: list[str] | tuple[str, ...], where: Bools) -> str:
-    return ', '.join(texts[i] for i in np.flatnonzero(where))
-
-
-def _sentence(parts: list[str], between: str = '; ') -> str:
-    text = between.join(parts)
-    return text[0].upper() + text[1:]
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= _LONGEST else name[:_LONGEST - 1] + '…'
+def _shares(calibration: Calibration) -> Array:
+    """Return the relative decrease of the residual by each step, (steps, 7)."""
+    rms = np.maximum([step.rms for step in calibration.steps], 1e-9)
+    return 1.0 - rms[1:] / rms[:-1]

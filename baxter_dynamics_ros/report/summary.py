@@ -1,6 +1,6 @@
-"""An evaluation's numbers for other programs: summary.json and summary.csv."""
+"""Numbers of an evaluation for other programs: summary.json and summary.csv."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import csv
 import io
 import json
@@ -23,44 +23,33 @@ _CSV_HEADER = ('recording', 'topic', 'arm', 'method', 'joint', 'samples', 'rms [
 def summary_json(evaluations: Sequence[Evaluation], total: Statistics, command: str,
                  parameters: str) -> str:
     """
-    Return the statistics over all recordings and of each, with null for what is no number.
+    Return the statistics over all recordings and of each; null where there is no number.
 
     Parameters
     ----------
     evaluations : sequence of Evaluation
-        One a recording.
-    total : Total
-        Over all of them.
+        One per recording.
+    total : Total or Evaluation
+        Statistics over all of them.
     command, parameters : str
-        What they were made with.
+        Command line and parameter file.
 
     """
-    return json.dumps({
-        'version': __version__,
-        'command': _text(command),
-        'parameters': _text(parameters),
-        'joints': list(JOINTS),
-        'unit': 'N m',
-        'arm': total.arm,
-        **_statistics(total),
+    return json.dumps(_plain({
+        'version': __version__, 'command': command, 'parameters': parameters, 'joints': JOINTS,
+        'unit': 'N m', 'arm': total.arm, **_statistics(total),
         'recordings': [{
-            'name': _text(evaluation.name),
-            'topic': _text(evaluation.topic),
-            'arm': evaluation.arm,
-            'duration': _number(evaluation.duration),
-            'rate': _number(evaluation.rate),
-            'counts': {name: int(count) for name, count in evaluation.counts.items()},
-            'warnings': [_text(warning) for warning in evaluation.warnings],
-            'notices': [{'kind': notice.kind, 'joints': list(notice.joints),
-                         'text': _text(notice.text)} for notice in evaluation.notices],
-            'contacts': [contact._asdict() for contact in evaluation.contacts],
+            **{name: getattr(evaluation, name) for name in (
+                'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'warnings', 'contacts')},
+            'notices': [{'kind': notice.kind, 'joints': notice.joints, 'text': notice.text}
+                        for notice in evaluation.notices],
             **_statistics(evaluation),
         } for evaluation in evaluations],
-    }, indent=2, allow_nan=False) + '\n'
+    }), indent=2, allow_nan=False) + '\n'
 
 
 def summary_csv(evaluations: Sequence[Evaluation]) -> str:
-    """Return a row per recording, method and joint; what is no number is left empty."""
+    """Return a row per recording, method and joint; cells without a number are empty."""
     buffer = io.StringIO()
     writer = csv.writer(buffer)
     writer.writerow(_CSV_HEADER)
@@ -70,34 +59,29 @@ def summary_csv(evaluations: Sequence[Evaluation]) -> str:
             for i, joint in enumerate(JOINTS):
                 writer.writerow([
                     _cell(evaluation.name), _cell(evaluation.topic), evaluation.arm, method,
-                    joint, errors.count, *(_number(column[i]) for column in errors[1:])])
+                    joint, errors.count, *(_plain(column[i]) for column in errors[1:])])
     return buffer.getvalue()
 
 
 def _statistics(of: Statistics) -> dict[str, Any]:
-    errors = {method: _as_lists(of.methods.get(method, NOTHING)) for method in METHODS}
-    return {
-        **errors,
-        'estimators': {estimator: _as_lists(of.estimators.get(estimator, NOTHING))
-                       for estimator in ESTIMATORS},
-        'shares': {term: [_number(value) for value in of.shares.get(term, NOTHING.rms)]
-                   for term in TERMS},
-    }
+    return {**{method: of.methods.get(method, NOTHING) for method in METHODS},
+            'estimators': {name: of.estimators.get(name, NOTHING) for name in ESTIMATORS},
+            'shares': {term: of.shares.get(term, NOTHING.rms) for term in TERMS}}
 
 
-def _as_lists(errors: ErrorStatistics) -> dict[str, Any]:
-    arrays = {name: [_number(value) for value in array]
-              for name, array in errors._asdict().items() if name != 'count'}
-    return {'count': int(errors.count), **arrays}
-
-
-def _number(value: float) -> 'float | None':
-    return float(value) if math.isfinite(value) else None
-
-
-def _text(text: str) -> str:
-    """Return text that UTF-8 can hold; file names may have what it cannot."""
-    return text.encode('utf-8', 'replace').decode('utf-8')
+def _plain(value: Any) -> Any:
+    """Return data as JSON has it: lists, null for NaN, and text that UTF-8 can hold."""
+    if hasattr(value, '_asdict'):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(each) for each in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value.encode('utf-8', 'replace').decode('utf-8') if isinstance(value, str) else value
 
 
 def _cell(text: str) -> str:

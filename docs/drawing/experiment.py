@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from baxter_dynamics_ros import JOINTS
-from baxter_dynamics_ros.report.drawing import draw_band, frame, zero_line
-from baxter_dynamics_ros.report.figures import STROKES
+from baxter_dynamics_ros.report.drawing import draw_band, FAINT, frame, zero_line
+from baxter_dynamics_ros.report.evaluation_figures import STROKES
 from baxter_dynamics_ros.simulation.trajectories import PERIODS
+from matplotlib.figure import Figure
 import numpy as np
 
-from .sheet import FAINT, legend, MODEL, OTHER, panels, styled, TRUE, write, WRONG
+from .sheet import drawn, legend, MODEL, OTHER, panels, TRUE, WRONG
 from .table_five import evaluation, rows, SETS
 
-_INTERVALS = 1000  # that a line is drawn with
-_SHOWN = 3  # periods at most
-_LEAST = 1e-5  # [N m]: what is less is drawn there
+_INTERVALS = 1000  # maximum per line
+_SHOWN = 3  # periods
+_LEAST = 1e-5  # smaller values are drawn there [N m]
 _DOT, _DASH = {'markersize': 5.5}, {'marker': '_', 'markersize': 13.0, 'markeredgewidth': 2.5}
 _MARKS = {
     'paper, L-E': {'marker': 's', 'color': OTHER, **_DOT},
@@ -28,17 +27,17 @@ _MARKS = {
 _TITLES = {'circle': '3(a) circle', 'switch': '3(b) switch', 'lift': '3(c) lift'}
 
 
-@styled
-def circle(path: Path) -> None:
+@drawn
+def circle() -> Figure:
     """Draw the paper's fig. 5 for the fake Baxter: efforts and errors, a row per joint."""
     found = evaluation('circle', False)
     figure, axes = panels(len(JOINTS), 2, 9.0, sharex=True)
     for joint, (left, right) in enumerate(axes):
-        for signal in ('newton_euler', 'measured', 'lagrange_euler'):
-            draw_band(left, found.time, found.bands[signal], joint, STROKES[signal], _INTERVALS)
-        for method in ('newton_euler', 'lagrange_euler'):
-            draw_band(right, found.time, found.bands['error_' + method], joint, STROKES[method],
-                      _INTERVALS)
+        for signal, stroke in STROKES.items():
+            draw_band(left, found.time, found.bands[signal], joint, stroke, _INTERVALS)
+            if signal != 'measured':
+                draw_band(right, found.time, found.bands['error_' + signal], joint, stroke,
+                          _INTERVALS)
         zero_line(right)
         rms = found.methods['lagrange_euler'].rms[joint]
         right.set_title(f'RMS {rms:.3f} N m', loc='right', pad=2, color=FAINT, fontsize=9)
@@ -47,15 +46,14 @@ def circle(path: Path) -> None:
     axes[0, 0].set_title('effort', loc='left')
     axes[0, 1].set_title('measured − predicted', loc='left')
     for axis in axes[-1]:
-        axis.set_xlabel('time [s]')
-        axis.set_xlim(0.0, min(found.time[-1], _SHOWN * PERIODS['circle']))
+        axis.set(xlabel='time [s]', xlim=(0.0, min(found.time[-1], _SHOWN * PERIODS['circle'])))
     figure.align_ylabels(axes[:, 0])
-    legend(figure, axes[0, 0])
-    write(figure, path)
+    legend(figure)
+    return figure
 
 
-@styled
-def table_five(path: Path) -> None:
+@drawn
+def table_five() -> Figure:
     """Draw Table V, the paper's and ours, and the RMS of the same errors."""
     figure, (axes,) = panels(1, 3, 4.2, sharey=True)
     for number, (axis, trajectory) in enumerate(zip(axes, SETS)):
@@ -66,7 +64,5 @@ def table_five(path: Path) -> None:
         axis.margins(x=0.06)
         axis.set_title(f'set {number + 1}, {_TITLES[trajectory]}')
     axes[0].set_ylabel('|signed mean| and RMS of e [N m]')
-    handles = axes[0].get_legend_handles_labels()
-    figure.legend(*handles, loc='outside upper center', ncols=3, frameon=False,
-                  handletextpad=0.1)
-    write(figure, path)
+    legend(figure, columns=3)
+    return figure

@@ -19,13 +19,13 @@ import numpy as np
 
 SETS = ('circle', 'switch', 'lift')  # the paper's sets 1 to 3, trajectories 3(a) to 3(c)
 SIDE, RATE = 'right', 100.0  # [Hz]
-_REST = 1.0  # [s] that `calibrate --plan` records after the exciting motion
+_REST = 1.0  # recorded by `calibrate --plan` after the exciting motion [s]
 
 _PAPER = {'paper, L-E': 'lagrange_euler', 'paper, RN-E': 'newton_euler'}
 
 
 class Recording:
-    """What `experiment` and `calibrate --plan` record, in memory."""
+    """Recording of `experiment` or `calibrate --plan`, in memory."""
 
     topic, arm = TOPIC, SIDE
 
@@ -43,27 +43,24 @@ class Recording:
         return ((stamp, *fields, stamp) for stamp, *fields in self._states)
 
 
-@lru_cache(maxsize=None)
-def recording(trajectory: str) -> Recording:
-    """Return the recording of a trajectory, made once."""
-    return Recording(trajectory)
+recording = lru_cache(maxsize=None)(Recording)
 
 
 @lru_cache(maxsize=None)
 def calibrated() -> PredictorSettings:
-    """Return the settings that `calibrate` finds on the exciting motion."""
+    """Return the settings of a calibration on the exciting motion."""
     return calibrate([recording('exciting')]).after
 
 
 @lru_cache(maxsize=None)
 def evaluation(trajectory: str, is_calibrated: bool) -> Evaluation:
-    """Judge the recording of a trajectory, with the defaults or calibrated."""
+    """Evaluate the recording of a trajectory, with the defaults or calibrated."""
     settings = calibrated() if is_calibrated else PredictorSettings()
     return Evaluator(settings).evaluate(recording(trajectory))
 
 
 def rows(trajectory: str) -> dict[str, np.ndarray]:
-    """Return the signed means of e and the RMS (7,) [N m], by whose they are."""
+    """Return the signed means of e and the RMS (7,) [N m] by name."""
     number = SETS.index(trajectory)
     found = {name: np.array(TABLE_V[method][number]) for name, method in _PAPER.items()}
     for name, is_calibrated in (('defaults', False), ('calibrated', True)):
@@ -73,7 +70,7 @@ def rows(trajectory: str) -> dict[str, np.ndarray]:
 
 
 def table() -> str:
-    """Return the evidence as text."""
+    """Return the table as text."""
     lines = ['|signed mean| of e and, below, RMS of e [N m]; sum: of the signed means']
     for number, trajectory in enumerate(SETS):
         head = f'set {number + 1}, {trajectory}'

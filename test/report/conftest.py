@@ -1,4 +1,4 @@
-"""What the tests of the reports share: an evaluation and a calibration that are known."""
+"""Evaluations and calibrations with known numbers, and the reports on them."""
 
 from dataclasses import replace
 
@@ -11,6 +11,7 @@ from baxter_dynamics_ros.recordings.notices import Notice
 from baxter_dynamics_ros.recordings.velocity_lag import Lag
 import numpy as np
 import pytest
+from report.pages import HOSTILE
 
 AMPLITUDE = np.array([5.0, 20.0, 3.0, 8.0, 0.5, 0.6, 0.1])  # of the measured effort [N m]
 OFFSET = np.array([0.5, -0.25, 0.125, 0.01, -0.02, 0.03, 0.08])  # of the error [N m]
@@ -67,7 +68,7 @@ def calibration():
 
 @pytest.fixture(scope='session')
 def links():
-    """Return what a calibration fits to the links."""
+    """Return the fitted parameters of the links."""
     return [Fitted('inertial', link, name, unit, before, before + 0.25, 0.05)
             for link in range(7)
             for name, unit, before in (('mass', 'kg', 4.0), ('moment x', 'kg m', 0.5),
@@ -75,13 +76,12 @@ def links():
 
 
 @pytest.fixture(scope='session')
-def calibration_report(calibration, links, tmp_path_factory):
-    """Return the page on a calibration with all there can be, written over an old one."""
+def calibration_page(calibration, links, tmp_path_factory):
+    """Return the path of a report with everything, written over an old file."""
     from baxter_dynamics_ros.report.calibration_report import write_calibration
     path = tmp_path_factory.mktemp('calibration') / 'my robot.html'
     path.write_text('old')
-    hostile = '=<script>alert("x")</script> & \'../a b\'\udcff'
-    names = [hostile, 'a_name_that_has_no_place_to_break_' * 5, *(f'run {i}' for i in range(28))]
+    names = [HOSTILE, 'a_name_without_a_place_to_break_' * 5, *(f'run {i}' for i in range(28))]
     judged = [Judged(name, 1.0, one.before, one.after)
               for name, one in zip(names, 15 * calibration.judged)]
     notices = [Notice('repeated_stamp', '3 x repeated_stamp: <look>', recording=name)
@@ -89,8 +89,22 @@ def calibration_report(calibration, links, tmp_path_factory):
     notices += [Notice('spring_shape', 's1 sweeps'), Notice('still', 'w2: never moves')]
     write_calibration(path, replace(
         calibration, judged=judged, notices=tuple(notices),
-        parameters=[*calibration.parameters, *links]), f'calibrate {hostile}')
+        parameters=[*calibration.parameters, *links]), f'calibrate {HOSTILE}')
     return path
+
+
+@pytest.fixture(scope='session')
+def evaluation_folder(evaluate, too_short, tmp_path_factory):
+    """Return the folder of a report on three recordings, written over old files."""
+    from baxter_dynamics_ros.report.evaluation_report import Total, write_evaluation
+    folder = tmp_path_factory.mktemp('evaluation')
+    (folder / 'notes.txt').write_text('mine')
+    (folder / 'report.html').write_text('old')
+    first = evaluate(HOSTILE, warnings=['stamps <look> like times of arrival'])
+    total = Total('right', first.methods, first.estimators, first.shares)
+    write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], total,
+                     'evaluate "a&b" <c>', 'my.yaml')
+    return folder
 
 
 def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0):

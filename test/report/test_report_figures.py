@@ -1,29 +1,37 @@
-"""The evaluation report's figures, read back from their SVG, and its sentences."""
+"""The figures of the reports, read back from their SVG."""
 
 from dataclasses import replace
 import re
 from xml.etree import ElementTree
 
-from baxter_dynamics_ros.recordings.evaluation_results import ESTIMATORS, METHODS
+from baxter_dynamics_ros.recordings.evaluation_results import METHODS
 import numpy as np
 import pytest
 
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
 pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
 
-PANEL = 126.0  # height of the effort's and the acceleration's panel [pt]
+PANEL = 126.0  # height of the effort's panel [pt]
 
 
-@pytest.fixture
+@pytest.fixture(scope='module')
 def figures():
     """Return the module that draws."""
-    from baxter_dynamics_ros.report import figures
-    return figures
+    from baxter_dynamics_ros.report import evaluation_figures
+    from baxter_dynamics_ros.report.drawing import styled
+    with styled():
+        yield evaluation_figures
+
+
+@pytest.fixture(scope='module')
+def apart(evaluate, figures):
+    """Return the figure of a joint where the methods differ, with a gap."""
+    return figures.effort_picture('x', evaluate(apart=0.1), 0, figures.FINE)
 
 
 @pytest.fixture
 def lines(figures):
-    """Return a function that returns the paths by which a picture draws a signal's lines."""
+    """Return a function that returns the paths of a signal's lines."""
     def find(picture, signal):
         color = figures.STROKES[signal].color
         paths = re.findall(rf'<path d="([^"]*)" clip-path="[^"]*" style="fill: none; '
@@ -34,7 +42,7 @@ def lines(figures):
 
 @pytest.fixture
 def areas(figures):
-    """Return a function that returns the paths by which a picture shades what a signal spans."""
+    """Return a function that returns the paths of a signal's shaded ranges."""
     def find(picture, signal):
         svg, color = picture.svg.decode(), figures.STROKES[signal].color
         direct = re.findall(rf'<path d="([^"]*)"[^>]*style="fill: {color}; fill-opacity', svg)
@@ -44,34 +52,41 @@ def areas(figures):
     return find
 
 
-def height(path):
-    """Return how high a path is [pt]."""
-    y = [float(value) for value in re.findall(r'-?[\d.]+ (-?[\d.]+)', path)]
-    return max(y) - min(y)
+def extent(path, axis=1):
+    """Return width (0) or height (1) of a path [pt]."""
+    values = [float(pair[axis]) for pair in re.findall(r'(-?[\d.]+) (-?[\d.]+)', path)]
+    return max(values) - min(values)
 
 
-def test_figures_stand_alone(figures, evaluate):
-    one = evaluate()
-    for picture in (figures.effort_picture('x', one, 1, figures.FINE),
-                    figures.estimator_picture('x', one, 1, figures.FINE),
-                    figures.terms_picture('x', one.shares)):
+def test_figures_stand_alone(figures, apart, calibration):
+    from baxter_dynamics_ros.report import calibration_figures as of
+    for picture in (apart, of.gain_picture(calibration), of.parameters_picture(calibration),
+                    of.spring_picture(calibration)):
         root = ElementTree.fromstring(picture.svg)
         assert root.tag == '{http://www.w3.org/2000/svg}svg'
         addresses = [value for element in root.iter() for name, value in element.attrib.items()
                      if name.endswith('href')]
         assert addresses and all(address.startswith('#') for address in addresses)
         assert b'DOCTYPE' not in picture.svg
-        assert b'<text' not in picture.svg  # letters are shapes: no font is asked for
+        assert b'<text' not in picture.svg  # letters are shapes: no font is needed
         assert picture.description
 
 
-def test_lines_break_at_gaps_and_not_where_samples_are_sparse(figures, lines, evaluate):
-    gap = figures.effort_picture('x', evaluate(), 0, figures.FINE)
+def test_every_color_has_a_counterpart_in_dark_mode(apart, calibration):
+    from baxter_dynamics_ros.report import calibration_figures as of
+    for picture in (apart, of.gain_picture(calibration), of.spring_picture(calibration)):
+        svg = picture.svg.decode()
+        dark = set(re.findall(r'\[style\*="((?:fill|stroke): #\w+)"\]', svg))
+        used = set(re.findall(r'(?:fill|stroke): #\w+', svg[svg.index('</style>'):]))
+        assert used - dark <= {'stroke: #6f9bc4', 'fill: #6f9bc4'}  # readable on both
+
+
+def test_lines_break_at_gaps_and_not_where_samples_are_sparse(figures, lines, evaluate, apart):
     # 40 ms from sample to sample, and too few intervals to be merged
-    sparse = evaluate(n=400, empty=slice(1, None, 2))
+    sparse = evaluate(n=400, empty=slice(1, None, 2), apart=0.1)
     sparse = figures.effort_picture('x', sparse, 0, figures.FINE)
     for signal, panels in (('measured', 1), ('lagrange_euler', 2), ('newton_euler', 2)):
-        assert [path.count('M') for path in lines(gap, signal)] == [2] * panels
+        assert [path.count('M') for path in lines(apart, signal)] == [2] * panels
         assert [path.count('M') for path in lines(sparse, signal)] == [1] * panels
 
 
@@ -85,10 +100,9 @@ def test_a_sample_between_two_gaps_is_a_dot(figures, lines, evaluate):
                           picture.svg.decode())) == 3
 
 
-def test_a_signal_that_is_a_line_is_not_shaded(figures, lines, areas, evaluate):
+def test_only_ranges_are_shaded(figures, lines, areas, evaluate, apart):
+    assert len(areas(apart, 'lagrange_euler')) == 2 * 2  # panels, before and after the gap
     one = evaluate()
-    shaded = areas(figures.effort_picture('x', one, 0, figures.FINE), 'lagrange_euler')
-    assert len(shaded) == 2 * 2  # panels, and parts before and after the gap
     thin = {name: band._replace(high=band.low) for name, band in one.bands.items()}
     picture = figures.effort_picture('x', replace(one, bands=thin), 0, 1000)
     assert not areas(picture, 'lagrange_euler')
@@ -96,92 +110,56 @@ def test_a_signal_that_is_a_line_is_not_shaded(figures, lines, areas, evaluate):
 
 
 @pytest.mark.parametrize('quality', ['FINE', 'COARSE'])
-def test_pictures_are_bounded(figures, lines, evaluate, quality):
+def test_size_is_bounded_and_no_peak_is_lost(figures, lines, areas, evaluate, quality):
     intervals = getattr(figures, quality)
-    picture = figures.effort_picture('x', evaluate(n=5000, empty=slice(0)), 1, intervals)
+    one = evaluate(n=5000, empty=slice(0), apart=0.1)
+    one.bands['measured'].high[777, 0] = 1000.0
+    picture = figures.effort_picture('x', one, 0, intervals)
     drawn = [path for signal in ('measured', *METHODS) for path in lines(picture, signal)]
     assert len(drawn) == 5
-    assert all(0.3 * intervals < path.count('L') < intervals for path in drawn)
+    assert 0.3 * intervals < max(path.count('L') for path in drawn) < intervals
     assert len(picture.svg) < 200_000
+    assert extent(areas(picture, 'measured')[0]) > 0.8 * PANEL
+    assert extent(areas(picture, 'lagrange_euler')[0]) < 0.02 * PANEL
 
 
-def test_merging_loses_no_peak(figures, areas, evaluate):
-    one = evaluate(empty=slice(0))
-    one.bands['measured'].high[777, 0] = 1000.0
-    picture = figures.effort_picture('x', one, 0, figures.COARSE)
-    assert height(areas(picture, 'measured')[0]) > 0.8 * PANEL
-    assert height(areas(picture, 'lagrange_euler')[0]) < 0.02 * PANEL
-
-
-def test_both_methods_are_seen(figures, evaluate):
-    """They coincide, so the one below must be wider."""
-    svg = figures.effort_picture('x', evaluate(), 0, figures.FINE).svg.decode()
-    width, where = {}, {}
+def test_methods_are_drawn_both_only_where_they_differ(figures, lines, evaluate, apart):
+    svg, width, where = apart.svg.decode(), {}, {}
     for method in METHODS:
         found = re.search(rf'stroke: {figures.STROKES[method].color}; stroke-width: ([\d.]+)', svg)
         width[method], where[method] = float(found[1]), found.start()
     assert width['newton_euler'] > 3 * width['lagrange_euler']
     assert where['newton_euler'] < where['lagrange_euler']
+    same = figures.effort_picture('x', evaluate(), 0, figures.FINE)
+    assert [len(lines(same, method)) for method in METHODS] == [2, 0]
 
 
-def test_the_scale_is_the_aligned_ones_and_the_cut_is_said(figures, lines, evaluate):
-    one = evaluate()
-    picture = figures.estimator_picture('x', one, 0, figures.FINE)
-    drawn = {estimator: height(lines(picture, estimator)[0]) for estimator in ESTIMATORS}
-    assert 0.35 * PANEL < drawn['butterworth_aligned'] < PANEL < drawn['first_difference']
-    said = re.search(r'<!-- cut off; reaches: first difference ([\d.]+) N m -->',
-                     picture.svg.decode())
-    band = one.bands['error_first_difference']
-    assert float(said[1]) == pytest.approx(np.nanmax(np.abs(band)[..., 0]), rel=0.01)
-    calm = replace(one, estimators={name: one.estimators[name] for name in ESTIMATORS[1:]})
-    assert b'cut off' not in figures.estimator_picture('x', calm, 0, figures.FINE).svg
-
-
-def test_without_effort_a_picture_shows_the_predictions_alone(figures, lines, evaluate):
+def test_prediction_alone_without_effort(figures, lines, evaluate):
     picture = figures.effort_picture('x', evaluate(effort=False), 0, figures.FINE)
     assert not lines(picture, 'measured')
-    assert [len(lines(picture, method)) for method in METHODS] == [1, 1]
+    assert len(lines(picture, 'lagrange_euler')) == 1
     assert b'error [N m]' not in picture.svg
-    assert b'error [N m]' in figures.effort_picture('x', evaluate(), 0, figures.FINE).svg
 
 
-def test_a_perfect_prediction_does_not_show_the_noise_of_rounding(figures, lines, evaluate):
+def test_rounding_errors_are_not_enlarged(figures, lines, evaluate):
     one = evaluate(empty=slice(0))
     band = one.bands['error_lagrange_euler']
     noise = np.random.default_rng(5).normal(0.0, 1e-13, band.low.shape)
-    perfect = dict.fromkeys(['error_' + method for method in METHODS], type(band)(noise, noise))
+    perfect = {'error_lagrange_euler': type(band)(noise, noise)}
     picture = figures.effort_picture('x', replace(one, bands={**one.bands, **perfect}), 0, 1000)
-    assert height(lines(picture, 'lagrange_euler')[1]) < 0.1
+    assert extent(lines(picture, 'lagrange_euler')[1]) < 0.1
 
 
-def test_the_same_is_drawn_the_same_each_time(figures, evaluate):
-    assert figures.effort_picture('x', evaluate(), 2, 500) == figures.effort_picture(
-        'x', evaluate(), 2, 500)
+def test_figures_are_reproducible(figures, evaluate, apart):
+    assert apart == figures.effort_picture('x', evaluate(apart=0.1), 0, figures.FINE)
 
 
-def test_findings(evaluate):
-    from baxter_dynamics_ros.report.findings import findings
-    one = evaluate()
-    text = {topic: text.replace('\u00a0', ' ') for topic, text in findings(one)}
-    assert '0.14 N m RMS at' in text['Agreement']
-    assert '0.52 N m at s0, the worst' in text['Agreement']
-    assert 'by 0.9 and more at s0, s1, e0, e1' in text['Agreement']
-    assert 'w2 (–)' in text['Agreement']
-    assert text['Worst joint'].startswith(
-        's0, with 0.52 N m RMS: 10 % of the greatest term there, inertial (5.00 N m)')
-    assert 'offset of 0.50 N m makes 93 %' in text['Worst joint']
-    assert 's0 (0.50 N m), s1 (−0.25 N m)' in text['Offset']
-    assert 'at w2:' in text['Not in the model']
-    assert 'Friction and bias' not in text
-    zero = {**one.shares, 'friction': np.zeros(7), 'other': np.zeros(7)}
-    assert 'Friction and bias' in dict(findings(replace(one, shares=zero)))
-
-
-def test_remarks(evaluate, too_short):
-    from baxter_dynamics_ros.report.findings import findings, remarks
-    same, apart = dict(remarks(evaluate())), dict(remarks(evaluate(apart=0.1)))
-    assert 'have the same errors' in same['Two methods']
-    assert 'should not' in apart['Two methods']
-    assert 'first difference' in same['Acceleration']
-    assert [topic for topic, _ in findings(too_short)] == ['Agreement']
-    assert remarks(too_short) == []
+def test_spring_is_shaded_where_it_was_measured(figures, calibration):
+    from baxter_dynamics_ros.report.calibration_figures import spring_picture
+    svg = spring_picture(calibration).svg.decode()
+    panels, shaded = (re.findall(rf'<path d="([^"]*)"[^>]*style="fill: {color}', svg)
+                      for color in ('#ffffff', '#e6eef6'))
+    for panel, shade in zip(panels[1:], shaded[:2]):
+        assert extent(shade, 0) / extent(panel, 0) == pytest.approx(1.45 / 2.9, abs=0.01)
+    off = calibration.after.replace({'effort_model.enabled': False})
+    assert spring_picture(replace(calibration, before=off, after=off)) is None

@@ -1,0 +1,129 @@
+"""The reports in a browser, at the widths of a laptop and a phone, in dark mode and on paper."""
+
+import shutil
+
+from baxter_dynamics_ros.model.joints import JOINTS
+import pytest
+
+pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
+pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
+playwright_api = pytest.importorskip(
+    'playwright.sync_api', reason='looking at reports needs playwright: pip install playwright')
+
+SCREENS = {'laptop': {'viewport': {'width': 1280, 'height': 800}},
+           'phone': {'viewport': {'width': 360, 'height': 640}, 'is_mobile': True,
+                     'has_touch': True, 'color_scheme': 'dark'}}
+FIGURES = {'evaluation': 14, 'calibration': 3}
+
+# Share of a figure that is neither black, white nor gray, and its mean brightness, 0 to 1.
+COLORS = """image => {
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [300, 200];
+  const context = canvas.getContext('2d');
+  context.drawImage(image, 0, 0, 300, 200);
+  const pixels = context.getImageData(0, 0, 300, 200).data;
+  let n = 0, sum = 0;
+  for (let i = 0; i < pixels.length; i += 4) {
+    const [r, g, b] = pixels.slice(i, i + 3);
+    if (Math.max(r, g, b) - Math.min(r, g, b) > 40) n += 1;
+    sum += r + g + b;
+  }
+  return [n / 60000, sum / 60000 / 765];
+}"""
+
+
+@pytest.fixture(scope='module')
+def browser():
+    """Return the machine's Chromium, without a window."""
+    names = ('chromium', 'chromium-browser', 'google-chrome')
+    found = [path for path in map(shutil.which, names) if path]
+    if not found:
+        pytest.skip(f'no browser: none of {", ".join(names)} is installed')
+    with playwright_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=found[0])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(params=[(kind, screen) for kind in FIGURES for screen in SCREENS], ids='-'.join,
+                scope='module')
+def page(request, browser, evaluation_folder, calibration_page):
+    """Return each page on each screen, unfolded, and the problems of loading it."""
+    page = browser.new_page(**SCREENS[request.param[1]])
+    page.kind, page.is_dark, page.wrong, page.requests = (*request.param, [], [])
+    page.is_dark = 'color_scheme' in SCREENS[request.param[1]]
+    page.file = {'evaluation': evaluation_folder / 'report.html',
+                 'calibration': calibration_page}[page.kind]
+    page.on('console', lambda message: page.wrong.append(message.text))
+    page.on('pageerror', lambda error: page.wrong.append(str(error)))
+    page.on('request', lambda asked: page.requests.append(asked.url))
+    page.goto(page.file.as_uri())
+    page.locator('details').evaluate_all('all => all.forEach(one => { one.open = true; })')
+    yield page
+    page.close()
+
+
+def test_nothing_is_wider_than_the_screen(page):
+    assert page.evaluate('document.documentElement.scrollWidth') <= page.viewport_size['width']
+    # Beyond the screen is only what scrolls inside a box of its own.
+    beyond = page.evaluate("""[...document.querySelectorAll('main *, header *, footer *')].filter(
+        one => one.getBoundingClientRect().right > innerWidth + 0.5 && !one.closest('.scroll')
+    ).map(one => one.outerHTML.slice(0, 80))""")
+    assert beyond == []
+
+
+def test_figures_are_legible_in_the_color_scheme_of_the_page(page):
+    figures = page.locator('.figure img').evaluate_all(f"""all => all.map(one => {{
+        const box = one.getBoundingClientRect();
+        return [box.width, box.height, one.naturalWidth, ...({COLORS})(one)];
+    }})""")
+    assert len(figures) == FIGURES[page.kind]
+    for width, height, natural, colored, brightness in figures:
+        assert 250 < width < 640 and 130 < height < 800
+        assert 9.5 * 96 / 72 * width / natural > 9.0  # smallest letters [px]
+        assert colored > 0.003
+        assert brightness < 0.3 if page.is_dark else brightness > 0.7
+    ink, paper = (sum(map(int, color[4:-1].split(','))) for color in page.evaluate(
+        '[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]'
+    ))
+    assert (ink > paper + 400) if page.is_dark else (paper > ink + 400)
+
+
+def test_figures_stand_side_by_side_where_there_is_room(page):
+    if page.kind == 'evaluation':
+        boxes = [one.bounding_box() for one in page.locator('.figures').first.locator('img').all()]
+        assert len(boxes) == len(JOINTS)
+        assert len({round(box['x']) for box in boxes}) == (1 if page.is_dark else 3)
+
+
+def test_nothing_goes_wrong_and_nothing_is_fetched(page):
+    assert page.wrong == []
+    assert [url for url in page.requests if not url.startswith('data:')] == [page.file.as_uri()]
+
+
+def test_numbers_do_not_touch_their_neighbors(page):
+    touching = page.evaluate("""[...document.querySelectorAll('td')].filter(
+        one => one.scrollWidth > one.clientWidth + 1).map(one => one.textContent)""")
+    assert touching == []
+
+
+def test_a_figure_opens_enlarged_and_closes_again(page):
+    figure, lens = page.locator('.figure').nth(1), page.locator('dialog')
+    small = figure.locator('img').bounding_box()['width']
+    for close in (lambda: page.keyboard.press('Escape'), lambda: lens.locator('img').click()):
+        figure.click()
+        assert lens.is_visible()
+        assert lens.locator('img').bounding_box()['width'] >= max(
+            1.5 * small, page.viewport_size['width'] - 20)
+        close()
+        assert not lens.is_visible()
+
+
+def test_a_link_unfolds_its_recording(page):
+    if page.kind == 'evaluation':
+        page.locator('details.recording').evaluate_all(
+            'all => all.forEach(one => { one.open = false; })')
+        page.locator('a[href="#recording-2"]').first.click()
+        page.wait_for_function("document.getElementById('recording-2').open")
+        assert page.locator('#recording-2 img').first.is_visible()
+        assert not page.locator('#recording-1 img').first.is_visible()
