@@ -24,7 +24,7 @@ MAY_IMPORT = {
     'simulation': 'model files',
     'recordings': 'model files estimation newton_euler',
     'calibration': 'model estimation recordings',
-    'report': 'model files estimation recordings calibration',
+    'report': 'model files recordings calibration',
     'nodes': 'model estimation ros1',
     'cli': 'model files estimation simulation recordings calibration report export nodes ros1',
 }
