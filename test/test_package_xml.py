@@ -62,7 +62,8 @@ def test_manifest(manifest, folder, build_type):
 
 def test_one_version(manifest):
     assert {manifest(REPOSITORY).version, manifest(INTERFACES).version,
-            _setup('version'), _pyproject()['project']['version']
+            _setup('version'), _pyproject()['project']['version'],
+            re.search('^version: (.*)$', (REPOSITORY / 'CITATION.cff').read_text(), re.M)[1]
             } == {baxter_dynamics_ros.__version__}
 
 
