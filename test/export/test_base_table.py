@@ -45,15 +45,3 @@ def test_the_numbers_and_their_units(arm):
                                rtol=1e-6)
     for name, _, unit in rows:
         assert unit == ('kg m' if name[0] == 'h' else 'kg m^2')
-
-
-def test_every_row_has_a_meaning(arm):
-    text = base_table(arm)
-    assert f'The {len(arm.base_parameters)} base parameters ' in text
-    assert '{' not in text.replace('{k-1}', '')
-    rows = [line for line in text.splitlines() if re.match(r'\w+ .* kg m', line)]
-    assert len(rows) == len(arm.base_parameters)
-    for name, row in zip(TILTED_NAMES, rows):
-        assert re.search(r' (inertia|spread|product|offset) ', row), name
-    assert 'link 3, turned by e0' in text
-    assert max(map(len, text.splitlines())) <= 99

@@ -95,11 +95,3 @@ def test_it_needs_nothing(export):
     assert done.returncode == 0, done.stderr
     np.testing.assert_allclose(np.array(done.stdout.split(), float),
                                BaxterArm().gravity(np.zeros(7)), rtol=0.0, atol=1e-11)
-
-
-def test_the_head_explains_the_file(module, arm):
-    said = ' '.join(module.__doc__.split())
-    for text in ('Written by baxter_dynamics export', 'Joint order: s0, s1, e0, e1, w0, w1, w2',
-                 'tau = evaluate(inverse_dynamics, q, qd, qdd)', 'm/s^2 in the base frame'):
-        assert text in said
-    assert ('payload of 1.2 kg' in said) == bool(arm.payload.mass)

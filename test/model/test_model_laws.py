@@ -1,6 +1,6 @@
 """Laws that any correct arm obeys, whatever its numbers and whoever computes them."""
 
-from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.model import lagrange_euler
 import numpy as np
 import pytest
@@ -60,14 +60,6 @@ def test_gravity_is_the_gradient_of_potential_energy(arm, states):
     np.testing.assert_allclose(arm.gravity(q), gradient, rtol=0.0, atol=1e-9)
 
 
-def test_inverse_dynamics_is_the_sum_of_the_terms(arm, states):
-    q, qd, qdd = states
-    mass, coriolis, gravity = arm.terms(q, qd)
-    np.testing.assert_allclose(
-        arm.inverse_dynamics(q, qd, qdd),
-        (mass @ qdd[..., None] + coriolis @ qd[..., None])[..., 0] + gravity, **EXACT)
-
-
 def test_forward_dynamics_undoes_inverse_dynamics(arm, states):
     q, qd, qdd = states
     np.testing.assert_allclose(arm.forward_dynamics(q, qd, arm.inverse_dynamics(q, qd, qdd)), qdd,
@@ -97,30 +89,6 @@ def test_hand_pose_is_a_rigid_transform(arm, states):
                                np.broadcast_to(np.eye(3), rotation.shape), **EXACT)
     np.testing.assert_allclose(np.linalg.det(rotation), 1.0, **EXACT)
     np.testing.assert_array_equal(pose[:, 3], np.broadcast_to([0, 0, 0, 1], pose[:, 3].shape))
-
-
-def test_point_payload_weighs_at_its_place(states):
-    q, _, _ = states
-    load = Payload(mass=1.5, center_of_mass=(0.02, -0.05, 0.12))
-    linear, _ = _payload_jacobians(q, load)
-    weight = load.mass * np.array([0.0, 0.0, -9.81])
-    np.testing.assert_allclose(BaxterArm(payload=load).gravity(q) - BaxterArm().gravity(q),
-                               linear.swapaxes(-1, -2) @ -weight, **EXACT)
-
-
-def test_payload_has_its_own_mass_matrix(states):
-    # M with payload - M = m J^T J + Jw^T R I R^T Jw, at the payload's centre of mass.
-    q, _, _ = states
-    load = Payload(mass=1.5, center_of_mass=(0.02, -0.05, 0.12),
-                   inertia=(3e-3, 2e-3, 2.5e-3, 3e-4, -2e-4, 1e-4))
-    linear, angular = _payload_jacobians(q, load)
-    rotation = BaxterArm().forward_kinematics(q)[:, :3, :3]
-    xx, yy, zz, xy, yz, xz = load.inertia
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    expected = (load.mass * linear.swapaxes(-1, -2) @ linear + angular.swapaxes(-1, -2)
-                @ rotation @ inertia @ rotation.swapaxes(-1, -2) @ angular)
-    np.testing.assert_allclose(BaxterArm(payload=load).mass_matrix(q) - BaxterArm().mass_matrix(q),
-                               expected, **EXACT)
 
 
 def test_left_and_right_arm_need_the_same_torques(states):
@@ -174,11 +142,3 @@ def _fall(arm, q, qd, duration, step):
         k4 = rate(x + step * k3)
         x = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
     return x
-
-
-def _payload_jacobians(q, load):
-    """Return the linear and angular Jacobians, each (n, 3, 7), of the payload's centre."""
-    jacobian = BaxterArm().jacobian(q)
-    arms = BaxterArm().forward_kinematics(q)[:, :3, :3] @ np.array(load.center_of_mass)
-    linear = jacobian[:, :3] + np.cross(jacobian[:, 3:], arms[..., None], axis=1)
-    return linear, jacobian[:, 3:]

@@ -5,7 +5,6 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.model.presliding import Presliding
 import numpy as np
-import pytest
 
 LENGTH = 0.02  # [rad]
 
@@ -29,17 +28,6 @@ def test_one_step_is_as_good_as_many():
     np.testing.assert_allclose(states([0.0, 0.05, 0.03])[-1],
                                states([*np.linspace(0.0, 0.05, 500),
                                        *np.linspace(0.05, 0.03, 500)])[-1], atol=1e-12)
-
-
-@pytest.mark.parametrize('direction', [1.0, -1.0])
-def test_slides_after_a_few_lengths(direction):
-    z = states([0.0, direction * LENGTH, direction * 10 * LENGTH])
-    np.testing.assert_allclose(z[1], direction * (1 - np.exp(-1)), rtol=1e-12)
-    np.testing.assert_allclose(z[2], direction, atol=1e-4)
-
-
-def test_never_leaves_its_bounds(rng):
-    assert np.abs(states(rng.normal(0.0, 0.3, 2000).cumsum())).max() <= 1.0
 
 
 def residuals(predictor, angles, start=10 ** 18):

@@ -83,11 +83,6 @@ def test_inertia_at_origin_changes_second_moments_alone():
     np.testing.assert_array_equal(before.pseudo_inertia[:, 3], after.pseudo_inertia[:, 3])
 
 
-def test_both_corrections_are_the_default():
-    assert _changed(paper_parameters(),
-                    paper_parameters({THETA_2_OFFSET, INERTIA_AT_ORIGIN})) == set()
-
-
 def test_unknown_correction_is_refused():
     with pytest.raises(ArgumentError, match='corrections: .*theta_3.*expected.*theta_2_offset'):
         paper_parameters({'theta_3'})
