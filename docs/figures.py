@@ -24,6 +24,7 @@ FIGURES = {
     'residual.png': ('drawing.residual', 'causes'),
     'arm_as_printed.svg': ('drawing.model', 'arm_as_printed'),
     'torque_as_printed.svg': ('drawing.model', 'torque_as_printed'),
+    'joints.png': ('drawing.joints', 'draw'),
     'spring.svg': ('drawing.effort', 'spring'),
     'friction.svg': ('drawing.effort', 'friction'),
     'experiment_circle.png': ('drawing.experiment', 'circle'),

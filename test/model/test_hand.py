@@ -31,3 +31,14 @@ def test_other_lengths_and_angles(q, rng):
         corrections=frozenset({INERTIA_AT_ORIGIN})))  # and theta_2 = q_2
     expected = arm.mount @ transform(arm.parameters, 0, 7, q)
     np.testing.assert_allclose(arm.forward_kinematics(q), expected, **EXACT)
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+def test_positive_directions(side):
+    """As docs/joints.md describes them, with all joints at zero."""
+    jacobian = BaxterArm(mount=mount(side)).jacobian(np.zeros(7))
+    forward, left, up = jacobian[:3]
+    assert left[0] > 0.5 and abs(up[0]) < 1e-12
+    assert all(up[joint] < -0.2 for joint in (1, 3, 5))
+    outwards = BaxterArm(mount=mount(side)).forward_kinematics(np.zeros(7))[:3, 2]
+    np.testing.assert_allclose(jacobian[3:, [2, 4, 6]].T, [outwards] * 3, atol=1e-12)
