@@ -1,4 +1,4 @@
-"""The engines of BaxterArm: compiled and in Python, alike in results, shapes and refusals."""
+"""The compiled and the Python engine of BaxterArm agree."""
 
 from concurrent.futures import ThreadPoolExecutor
 import copy
@@ -70,7 +70,7 @@ def test_batches_of_any_size_on_each_instruction_set(n, target, random_states):
     np.testing.assert_allclose(function(*states), arm.inverse_dynamics(*states), **EXACT)
 
 
-def test_an_unknown_instruction_set_is_refused():
+def test_unknown_instruction_set_is_refused():
     with pytest.raises(ValueError, match='not available on this processor: vax'):
         _compiled.function('gravity', ('q',), [(7,)], BaxterArm().closed_form_parameters,
                            finite_batches, 'vax')
@@ -86,7 +86,7 @@ def test_empty_batches(name, shape, engine):
 
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize('name', ARGUMENTS)
-def test_values_that_are_not_finite_are_refused_with_their_place(name, value, engine):
+def test_error_names_the_index_of_a_non_finite_value(name, value, engine):
     arm = BaxterArm(engine=engine)
     for bad, argument in enumerate(('q', *FUNCTIONS[name][0])):
         for shape, place in (((7,), (3,)), ((1, 7), (0, 3)), ((2000, 7), (1717, 3))):
@@ -135,7 +135,7 @@ def test_threads_share_an_arm(random_states):
             np.testing.assert_array_equal(result, expected)
 
 
-def test_memory_is_given_back():
+def test_no_reference_leaks():
     arm = BaxterArm(engine='compiled')
     states = np.zeros((3, 7))
     broken = states.copy()
@@ -150,7 +150,7 @@ def test_memory_is_given_back():
     assert abs(after[0] - before[0]) + abs(after[1] - before[1]) < 50
 
 
-def test_rounding_of_a_mount_is_no_tilt():
+def test_rounding_of_the_mount_is_ignored():
     half, back = (np.array([[1, 0, 0, 0], [0, np.cos(x), -np.sin(x), 0],
                             [0, np.sin(x), np.cos(x), 0], [0, 0, 0, 1]]) for x in (0.5, -0.5))
     mount = half @ back @ half @ back
@@ -161,7 +161,7 @@ def test_rounding_of_a_mount_is_no_tilt():
 
 @pytest.mark.parametrize('again', [copy.copy, copy.deepcopy,
                                    lambda arm: pickle.loads(pickle.dumps(arm))])
-def test_a_copy_is_the_same_arm(again, both, random_states):
+def test_copies_and_pickles(again, both, random_states):
     for arm in both:
         states, other = random_states(3), again(arm)
         assert other.engine == arm.engine
@@ -191,7 +191,7 @@ def test_momentum_and_torque_terms(arm, random_states):
                                arm.inverse_dynamics(q, qd, qdd), **EXACT)
 
 
-def test_the_printed_offset(both, random_states):
+def test_parameters_as_printed(both, random_states):
     states = random_states(20)
     for arm in both:
         printed = BaxterArm(parameters=paper_parameters(()), engine=arm.engine)
@@ -210,7 +210,7 @@ def changed_parameters(**changes):
 
 
 @pytest.mark.parametrize('name, link, value', [('alpha', 2, 0.3), ('a', 1, 0.02), ('d', 3, -0.1)])
-def test_arms_of_another_build_are_refused(name, link, value):
+def test_other_kinematic_structures_are_refused(name, link, value):
     parameters = changed_parameters(**{name: lambda array: array.put(link, value)})
     with pytest.raises(ArgumentError, match="Baxter's kinematic structure"):
         BaxterArm(parameters=parameters)
@@ -224,7 +224,7 @@ def run(code, **environment):
 @pytest.mark.parametrize('engine, variable, chosen', [
     ('', 'auto', 'compiled'), ('', '', 'compiled'), ('', 'python', 'python'),
     ("engine='python'", 'compiled', 'python'), ("engine='compiled'", 'python', 'compiled')])
-def test_which_engine_is_chosen(engine, variable, chosen):
+def test_engine_selection(engine, variable, chosen):
     code = f'from baxter_dynamics_ros import BaxterArm; print(BaxterArm({engine}).engine)'
     assert run(code, BAXTER_DYNAMICS_ENGINE=variable).stdout.strip() == chosen
 
@@ -244,7 +244,7 @@ sys.meta_path.insert(0, Finder())
 
 @pytest.mark.parametrize('condition, warned', [(MISSING, False), (BROKEN, True)],
                          ids=['missing', 'broken'])
-def test_python_computes_where_the_extension_does_not_load(condition, warned):
+def test_falls_back_to_python_without_the_extension(condition, warned):
     done = run(f'import sys\n{condition}from baxter_dynamics_ros import BaxterArm\n'
                'print(BaxterArm().engine)\nBaxterArm(engine="compiled")',
                BAXTER_DYNAMICS_ENGINE='')
@@ -253,7 +253,7 @@ def test_python_computes_where_the_extension_does_not_load(condition, warned):
     assert 'ArgumentError: engine: the compiled extension does not load' in done.stderr
 
 
-def test_an_unknown_engine_is_refused(monkeypatch):
+def test_unknown_engine_is_refused(monkeypatch):
     with pytest.raises(ArgumentError, match="engine.*expected one of .*'fortran'"):
         BaxterArm(engine='fortran')
     monkeypatch.setenv('BAXTER_DYNAMICS_ENGINE', 'fortran')

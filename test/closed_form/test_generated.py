@@ -1,4 +1,4 @@
-"""The committed files are those that the generator writes, and compute the formulation."""
+"""The committed files are up to date and compute the formulation."""
 
 from baxter_dynamics_ros.model import _closed_form
 import numpy as np
@@ -23,7 +23,7 @@ def test_each_function_computes_the_formulation(quantity, rng):
     np.testing.assert_allclose(result, expected, rtol=1e-9, atol=1e-9)
 
 
-def test_regenerated_files_are_the_same():
+def test_generated_files_are_up_to_date():
     texts = generated()
     assert {path.suffix for path in texts} == {'.py', '.c', '.h'}
     for path, text in texts.items():

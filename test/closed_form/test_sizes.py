@@ -1,4 +1,4 @@
-"""How small the closed form is: ceilings, and the way down from the paper's expansion."""
+"""Operation counts of the closed form and of the paper's forms."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def test_operations(name):
         assert program_of(QUANTITIES[name], bool(tilted)).operations() <= ceiling
 
 
-def test_the_documented_table_is_current_and_each_form_is_smaller_than_the_one_before():
+def test_documented_table_is_up_to_date():
     document = Path(__file__).parents[2] / 'docs' / 'closed_form.md'
     table = sizes.table()
     assert table + '\n' in document.read_text(encoding='utf-8')
@@ -45,7 +45,7 @@ def test_the_documented_table_is_current_and_each_form_is_smaller_than_the_one_b
     assert totals[:4] == sorted(totals[:4], reverse=True) and totals[1] > 10 * totals[3]
 
 
-def test_matrix_code_has_the_product_of_its_shapes():
+def test_operations_of_a_matrix_product():
     # A 4 x 4 product: 64 multiplications and 48 additions.
     full = sizes._Tally()
     sizes._Tally.additions = sizes._Tally.multiplications = 0

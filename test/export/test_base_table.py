@@ -1,4 +1,4 @@
-"""The table of base parameters: its numbers, and what it says that they are made of."""
+"""The table of base parameters: values, units and compositions."""
 
 import re
 

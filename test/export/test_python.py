@@ -85,7 +85,7 @@ def test_gradients(module, states, arm):
     np.testing.assert_allclose(gradient.numpy(), expected, rtol=0.0, atol=1e-11)
 
 
-def test_it_needs_nothing(export):
+def test_imports_nothing(export):
     (path,) = export('python', BaxterArm()).values()
     code = ('import sys; before = set(sys.modules); import baxter_dynamics as b; '
             'assert set(sys.modules) - before == {"baxter_dynamics"}; '

@@ -1,4 +1,4 @@
-"""The 43 base parameters: enough, none too many, and blind to what no joint feels."""
+"""The base parameters are sufficient, independent and unique."""
 
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros.model import base_parameters
@@ -24,7 +24,7 @@ def test_regressor_has_full_rank(gravity, rank, random_states):
     assert values[-1] > 1e-3 * values[0]
 
 
-def test_no_regressor_of_all_ten_parameters_sees_more(arm, random_states):
+def test_rank_equals_that_of_pinocchios_regressor(arm, random_states):
     # Pinocchio's regressor has 70 columns; its rank is the number of base parameters.
     pin = pytest.importorskip('pinocchio', reason='the reference engine: pip install pin')
     from baxter_dynamics_ros.newton_euler import build_model
@@ -42,7 +42,7 @@ def test_no_regressor_of_all_ten_parameters_sees_more(arm, random_states):
 
 
 @pytest.mark.parametrize('link', range(1, 7))
-def test_mass_on_a_joints_axis_belongs_to_the_link_before(link):
+def test_mass_on_a_joint_axis_may_belong_to_either_link(link):
     # A point mass on the axis of joint link + 1, as part of one link or of the other.
     arm = BaxterArm()
     frames = [transform(arm.parameters, 0, k, np.zeros(7)) for k in range(8)]

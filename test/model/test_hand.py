@@ -1,4 +1,4 @@
-"""Pose and Jacobian of the hand against Pinocchio, the matrix equations and the hand's motion."""
+"""Pose and Jacobian of the hand against Pinocchio and eq. (2)."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ def q(random_states):
     return random_states(300)[0]
 
 
-def test_pinocchio_has_the_same_pose_and_jacobian(arm, reference, q):
+def test_pose_and_jacobian_against_pinocchio(arm, reference, q):
     np.testing.assert_allclose(arm.forward_kinematics(q), reference.forward_kinematics(q), **EXACT)
     np.testing.assert_allclose(arm.jacobian(q), reference.jacobian(q), **EXACT)
 

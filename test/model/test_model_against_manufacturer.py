@@ -22,7 +22,7 @@ def side(request):
 
 @pytest.fixture
 def manufacturer(pin, engine, side):
-    """Return Pinocchio's model of the manufacturer's numbers, which are not the tables'."""
+    """Return a Pinocchio model of the manufacturer's description."""
     try:
         model = pin.buildModelFromXML(arm_description(side))
     except DescriptionError as error:
@@ -71,13 +71,13 @@ def test_joint_limits(pin, manufacturer, side):
     (frozenset({THETA_2_OFFSET}), WITH_OFFSET),
     (CORRECTIONS, CORRECTED),
 ], ids=['as_printed', 'with_offset', 'corrected'])
-def test_size_of_the_printed_errors(variant_rms, corrections, published):
+def test_size_of_the_errors_in_print(variant_rms, corrections, published):
     ratio = variant_rms(corrections) / published
     assert ratio.min() > 0.5
     assert ratio.max() < 2.0
 
 
-def test_no_body_has_the_printed_pseudo_inertias():
+def test_printed_pseudo_inertias_are_not_positive_definite():
     # J is a second moment of mass: x^T J x >= 0 for any body.
     smallest = np.linalg.eigvalsh(paper_parameters(()).pseudo_inertia)[:, 0]
     assert (smallest < 0.0).sum() == 5  # all links but 2 and 4
@@ -89,7 +89,7 @@ def test_corrected_pseudo_inertias_are_positive_definite():
     assert np.linalg.eigvalsh(paper_parameters().pseudo_inertia).min() > 0.0
 
 
-def test_printed_inertias_make_m_wrong(random_states):
+def test_printed_inertias_change_the_mass_matrix(random_states):
     q, _, _ = random_states(1000)
     printed = BaxterArm(parameters=paper_parameters({THETA_2_OFFSET})).mass_matrix(q)
     error = np.abs(printed - BaxterArm().mass_matrix(q))

@@ -1,4 +1,4 @@
-"""The model against Pinocchio, which has the same numbers and none of the code."""
+"""The model against Pinocchio with the same parameters."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_forward_dynamics(arm, reference, states, rng):
     assert (error / np.linalg.norm(expected, axis=-1)).max() < 1e-11
 
 
-def test_newton_euler_answers_for_the_same_arm(arm, pin, states):
+def test_newton_euler(arm, pin, states):
     from baxter_dynamics_ros.newton_euler import NewtonEuler
     recursive = NewtonEuler(arm)
     for state in zip(*(x[:100] for x in states)):

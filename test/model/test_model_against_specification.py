@@ -12,7 +12,7 @@ EXACT = {'rtol': 0.0, 'atol': 1e-12}
 
 @pytest.fixture
 def parameters(arm):
-    """Return the arm's parameters with its payload added, as the specification takes them."""
+    """Return the parameters of the arm, with the payload added to the last link."""
     pseudo_inertia = arm.parameters.pseudo_inertia.copy()
     pseudo_inertia[6] += arm.payload.pseudo_inertia
     return SimpleNamespace(**{**vars(arm.parameters), 'pseudo_inertia': pseudo_inertia})

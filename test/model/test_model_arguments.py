@@ -1,4 +1,4 @@
-"""What BaxterArm and Payload refuse, how they say it, and what they leave untouched."""
+"""BaxterArm and Payload validate their arguments and do not modify them."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ METHODS = {
     'forward_kinematics': ('q',),
     'jacobian': ('q',),
 }
-BAD_JOINTS = {
+INVALID_JOINTS = {
     'six': (np.zeros(6), r'expected shape \(\.\.\., 7\), got \(6,\)'),
     'column': (np.zeros((7, 1)), r'expected shape \(\.\.\., 7\), got \(7, 1\)'),
     'scalar': (0.0, r'expected shape \(\.\.\., 7\), got \(\)'),
@@ -30,7 +30,7 @@ BAD_JOINTS = {
     'ragged': ([[0.0] * 7, [0.0] * 6], 'expected real numbers'),
 }
 
-BAD_ARMS = {
+INVALID_ARMS = {
     'gravity_shape': ({'gravity': (0.0, -9.81)}, 'gravity',
                       r'expected shape \(3,\), got \(2,\)'),
     'gravity_number': ({'gravity': 9.81}, 'gravity', r'expected shape \(3,\), got \(\)'),
@@ -44,7 +44,7 @@ BAD_ARMS = {
     'mount_text': ({'mount': 'right'}, 'mount', 'expected real numbers'),
 }
 
-BAD_PAYLOADS = {
+INVALID_PAYLOADS = {
     'negative_mass': ({'mass': -0.1}, 'payload.mass', r'expected .* \[0, inf\], got -0.1'),
     'infinite_mass': ({'mass': np.inf}, 'payload.mass', 'expected finite values, got inf'),
     'mass_array': ({'mass': [1.0]}, 'payload.mass', r'expected shape \(\), got \(1,\)'),
@@ -65,8 +65,8 @@ BAD_PAYLOADS = {
 }
 
 
-@pytest.mark.parametrize('value, expected', BAD_JOINTS.values(), ids=BAD_JOINTS.keys())
-def test_bad_joint_array(value, expected):
+@pytest.mark.parametrize('value, expected', INVALID_JOINTS.values(), ids=INVALID_JOINTS)
+def test_invalid_joint_vectors(value, expected):
     for method, names in METHODS.items():
         arguments = [*[np.zeros(7)] * (len(names) - 1), value]
         with pytest.raises(ArgumentError, match=f'^{names[-1]}: {expected}') as caught:
@@ -74,21 +74,21 @@ def test_bad_joint_array(value, expected):
         assert caught.value.argument == names[-1]
 
 
-@pytest.mark.parametrize('arguments, name, expected', BAD_ARMS.values(), ids=BAD_ARMS.keys())
-def test_bad_arm(arguments, name, expected):
+@pytest.mark.parametrize('arguments, name, expected', INVALID_ARMS.values(), ids=INVALID_ARMS)
+def test_invalid_arms(arguments, name, expected):
     with pytest.raises(ArgumentError, match=f'^{name}: {expected}'):
         BaxterArm(**arguments)
 
 
-@pytest.mark.parametrize('arguments, name, expected', BAD_PAYLOADS.values(),
-                         ids=BAD_PAYLOADS.keys())
-def test_bad_payload(arguments, name, expected):
+@pytest.mark.parametrize('arguments, name, expected', INVALID_PAYLOADS.values(),
+                         ids=INVALID_PAYLOADS)
+def test_invalid_payloads(arguments, name, expected):
     with pytest.raises(ArgumentError, match=f'^{name}: {expected}') as caught:
         Payload(**arguments)
     assert caught.value.argument == name
 
 
-def test_bad_side():
+def test_invalid_side():
     with pytest.raises(ValueError, match='side: expected one of right, left, got .top.'):
         mount('top')
 
@@ -98,11 +98,11 @@ def test_bad_side():
     (0, 1e-3, 1e-3, 0, 0, 0),  # a rod
     (0, 0, 0, 0, 0, 0),  # a point
 ], ids=['disc', 'rod', 'point'])
-def test_payload_on_the_border_of_the_possible(inertia):
+def test_limiting_cases_of_payload_inertia(inertia):
     assert Payload(mass=1.0, inertia=inertia).mass == 1.0
 
 
-def test_arrays_handed_out_are_read_only(arm):
+def test_public_arrays_are_read_only(arm):
     arrays = [arm.gravity_vector, arm.mount, *(
         value for value in vars(arm.parameters).values() if isinstance(value, np.ndarray))]
     assert len(arrays) == 10
@@ -111,7 +111,7 @@ def test_arrays_handed_out_are_read_only(arm):
             array[...] = 0.0
 
 
-def test_arm_and_payload_keep_no_array_of_the_caller(rng):
+def test_arguments_are_copied(rng):
     gravity, pose, center, inertia = (np.array([0.0, 0.0, -9.81]), mount('right'),
                                       np.array([0.0, 0.0, 0.1]), np.zeros(6))
     arm = BaxterArm(Payload(1.0, center, inertia), gravity, pose)
@@ -126,7 +126,7 @@ def test_arm_and_payload_keep_no_array_of_the_caller(rng):
 
 @pytest.mark.parametrize('method', METHODS)
 @pytest.mark.parametrize('shape', [(7,), (5, 7), (4100, 7)], ids=str)
-def test_arguments_stay_as_they_are_and_results_are_new(arm, rng, method, shape):
+def test_arguments_are_unchanged_and_results_are_new(arm, rng, method, shape):
     arguments = [rng.uniform(-1.0, 1.0, shape) for _ in METHODS[method]]
     before = [argument.copy() for argument in arguments]
     for argument in arguments:
@@ -142,12 +142,12 @@ def test_arguments_stay_as_they_are_and_results_are_new(arm, rng, method, shape)
 
 
 @pytest.mark.parametrize('argument', ['payload', 'parameters'])
-def test_what_is_no_payload_or_parameters_is_refused(argument):
+def test_wrong_types_are_refused(argument):
     with pytest.raises(ArgumentError, match=f'{argument}: expected a .*, got 0.3'):
         BaxterArm(**{argument: 0.3})
 
 
-def test_parameters_copy_the_callers_arrays_and_derive_what_follows():
+def test_replaced_parameters_are_copied_and_rederived():
     before = BaxterArm().parameters
     mass = 2.0 * before.mass
     doubled = replace(before, mass=mass)

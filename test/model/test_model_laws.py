@@ -1,4 +1,4 @@
-"""Laws that any correct arm obeys, whatever its numbers and whoever computes them."""
+"""Physical laws that hold for any arm."""
 
 from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.model import lagrange_euler
@@ -24,7 +24,7 @@ def test_mass_matrix_is_positive_definite(arm, random_states):
     assert np.linalg.eigvalsh(arm.mass_matrix(q)).min() > 1e-4  # kg m^2; least found: 5e-4
 
 
-def test_mass_matrix_is_that_of_the_bodies_kinetic_energy(arm, states):
+def test_mass_matrix_gives_the_kinetic_energy_of_the_bodies(arm, states):
     # K = sum m v.v / 2 + w.I w / 2 over links and payload, velocities by differences of eq. (2).
     q, qd, _ = states
     kinetic = 0.0
@@ -39,14 +39,14 @@ def test_mass_matrix_is_that_of_the_bodies_kinetic_energy(arm, states):
     np.testing.assert_allclose(_kinetic_energy(arm, q, qd), kinetic, rtol=0.0, atol=1e-9)
 
 
-def test_mass_rate_less_twice_coriolis_is_skew(arm, states):
+def test_mass_rate_minus_twice_coriolis_is_skew(arm, states):
     q, qd, _ = states
     mass_rate = _derivative(lambda t: arm.mass_matrix(q + t * qd))
     difference = mass_rate - 2 * arm.coriolis_matrix(q, qd)
     np.testing.assert_allclose(difference, -difference.swapaxes(-1, -2), rtol=0.0, atol=1e-9)
 
 
-def test_coriolis_matrix_swaps_its_velocities(arm, states):
+def test_coriolis_matrix_is_symmetric_in_velocities(arm, states):
     # C(q, x) y = C(q, y) x, which holds for the Christoffel symbols only.
     q, x, y = states
     np.testing.assert_allclose(arm.coriolis_matrix(q, x) @ y[..., None],
@@ -60,7 +60,7 @@ def test_gravity_is_the_gradient_of_potential_energy(arm, states):
     np.testing.assert_allclose(arm.gravity(q), gradient, rtol=0.0, atol=1e-9)
 
 
-def test_forward_dynamics_undoes_inverse_dynamics(arm, states):
+def test_forward_dynamics_inverts_inverse_dynamics(arm, states):
     q, qd, qdd = states
     np.testing.assert_allclose(arm.forward_dynamics(q, qd, arm.inverse_dynamics(q, qd, qdd)), qdd,
                                rtol=0.0, atol=1e-10)  # 1e-14 N m times 1e4 of condition number
@@ -107,7 +107,7 @@ def _dot(x, y):
 
 
 def _bodies(arm):
-    """Yield of each body: its frame in the base as a function of q, mass, centre, inertia."""
+    """Yield frame in the base (a function of q), mass, centre and inertia of each body."""
     p = arm.parameters
     for j in range(7):
         yield (lambda q, j=j: arm.mount @ lagrange_euler.transform(p, 0, j + 1, q),
@@ -121,7 +121,7 @@ def _kinetic_energy(arm, q, qd):
 
 
 def _potential_energy(arm, q):
-    """Return P (...) [J] of eq. (4), from the place of every body's centre of mass."""
+    """Return P (...) [J] of eq. (4), from the positions of the centres of mass."""
     return -sum(mass * (frame(q) @ np.append(center, 1.0))[..., :3] @ arm.gravity_vector
                 for frame, mass, center, _ in _bodies(arm))
 

@@ -1,4 +1,4 @@
-"""Dahl's friction: its law, its hysteresis, and its place in the stream handler."""
+"""Dahl friction: its differential equation and its use by the predictor."""
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
@@ -10,7 +10,7 @@ LENGTH = 0.02  # [rad]
 
 
 def states(path, length=LENGTH):
-    """Return z along a path of the seven joints alike."""
+    """Return z along a path that all joints follow."""
     presliding = Presliding(length)
     return np.array([presliding.update(np.full(7, q)) for q in path])
 
@@ -24,14 +24,14 @@ def test_follows_dahls_equation():
                                atol=2e-6)
 
 
-def test_one_step_is_as_good_as_many():
+def test_result_does_not_depend_on_the_step():
     np.testing.assert_allclose(states([0.0, 0.05, 0.03])[-1],
                                states([*np.linspace(0.0, 0.05, 500),
                                        *np.linspace(0.05, 0.03, 500)])[-1], atol=1e-12)
 
 
 def residuals(predictor, angles, start=10 ** 18):
-    """Play joints that all move through ``angles`` at 100 Hz, without effort of their own."""
+    """Return predicted efforts for joints that all move through ``angles`` at 100 Hz."""
     names = joint_names('right')
     velocity = np.gradient(angles) / 0.01
     result = [predictor.handle(start + 10 ** 7 * k, names, np.full(7, q), np.full(7, qd),
@@ -40,7 +40,7 @@ def residuals(predictor, angles, start=10 ** 18):
     return np.array([step.prediction.effort for step in result if step.prediction])
 
 
-def test_predictor_adds_it_and_resets_it_with_the_filter():
+def test_predictor_adds_and_resets_dahl_friction():
     dahl = np.arange(1.0, 8.0)
     angles = 0.3 + 0.1 * np.sin(2.0 * np.arange(0.0, 6.0, 0.01))
     without = PredictorSettings()
@@ -54,7 +54,7 @@ def test_predictor_adds_it_and_resets_it_with_the_filter():
     np.testing.assert_array_equal(again[0], 0.0)
 
 
-def test_estimate_and_predict_take_batches_as_handle_takes_one():
+def test_predict_on_a_batch_equals_handle():
     settings = PredictorSettings.from_parameters({
         'effort_model.dahl': [0.5] * 7, 'effort_model.coulomb': [1.0] * 7,
         'effort_model.stiffness': [0.2] * 7})

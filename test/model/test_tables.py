@@ -1,4 +1,4 @@
-"""The tables as the paper prints them, and what the two named corrections change."""
+"""The tables equal the printed ones; the two corrections."""
 
 from math import pi
 import re
@@ -20,7 +20,7 @@ def paper(shared):
     return path.read_text(encoding='utf-8')
 
 
-def test_table_ii_is_the_printed_one(paper):
+def test_table_ii_as_printed(paper):
     rows = _rows(paper, 'TABLE II')
     assert [row[1] for row in rows] == [rf'$\theta_{{{i}}}$' for i in range(1, 8)]
     angles = {'0': 0.0, r'$\pi / 2$': pi / 2, r'$-\pi / 2$': -pi / 2}
@@ -29,23 +29,23 @@ def test_table_ii_is_the_printed_one(paper):
     assert paper_tables.TABLE_II == tuple(printed)
 
 
-def test_table_iii_is_the_printed_one(paper):
+def test_table_iii_as_printed(paper):
     rows = [tuple(float(cell) for cell in row[1:]) for row in _rows(paper, 'TABLE III')]
     assert len(rows) == 14  # xx yy zz of all links, then xy yz xz
     assert paper_tables.TABLE_III == tuple(a + b for a, b in zip(rows[:7], rows[7:]))
 
 
-def test_table_iv_is_the_printed_one(paper):
+def test_table_iv_as_printed(paper):
     rows = [tuple(float(cell) for cell in row[1:]) for row in _rows(paper, 'TABLE IV')]
     assert paper_tables.TABLE_IV == tuple(rows)
 
 
-def test_gravity_is_the_printed_one(paper):
+def test_gravity_as_printed(paper):
     x, y, z, _ = re.search(r'\\mathbf{g}=\[([^]]+)\]', paper)[1].split(',')
     assert paper_tables.GRAVITY == (float(x), float(y), float(z))
 
 
-def test_uncorrected_parameters_are_the_tables():
+def test_parameters_without_corrections():
     p = paper_parameters(())
     d, a, alpha, mass = np.transpose(paper_tables.TABLE_II)
     np.testing.assert_array_equal(p.d, d)
@@ -58,7 +58,7 @@ def test_uncorrected_parameters_are_the_tables():
         np.testing.assert_array_equal(tensor, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def test_uncorrected_pseudo_inertia_is_eq_12_as_printed():
+def test_pseudo_inertia_without_corrections():
     rows = zip(paper_parameters(()).pseudo_inertia, paper_tables.TABLE_II,
                paper_tables.TABLE_III, paper_tables.TABLE_IV)
     for result, (_, _, _, m), (xx, yy, zz, xy, yz, xz), (x, y, z) in rows:
@@ -69,7 +69,7 @@ def test_uncorrected_pseudo_inertia_is_eq_12_as_printed():
             [m * x, m * y, m * z, m]], rtol=0.0, atol=1e-16)
 
 
-def test_theta_2_offset_changes_theta_2_alone():
+def test_theta_2_offset_changes_only_theta_2():
     before, after = paper_parameters(()), paper_parameters({THETA_2_OFFSET})
     assert _changed(before, after) == {'corrections', 'theta_offset'}
     offset = np.zeros(7)
@@ -77,7 +77,7 @@ def test_theta_2_offset_changes_theta_2_alone():
     np.testing.assert_array_equal(after.theta_offset, offset)
 
 
-def test_inertia_at_origin_changes_second_moments_alone():
+def test_inertia_at_origin_changes_only_second_moments():
     before, after = paper_parameters(()), paper_parameters({INERTIA_AT_ORIGIN})
     assert _changed(before, after) == {'corrections', 'pseudo_inertia'}
     np.testing.assert_array_equal(before.pseudo_inertia[:, 3], after.pseudo_inertia[:, 3])

@@ -1,4 +1,4 @@
-"""A tilted base: which way roll and pitch turn gravity, and that both routes to it are one."""
+"""Gravity in the frame of a tilted base."""
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.tilt import gravity_in_base
@@ -8,12 +8,12 @@ import pytest
 DOWN = (0.0, 0.0, -9.81)
 
 
-def test_a_level_base_leaves_gravity_as_it_is(rng):
+def test_level_base(rng):
     gravity = rng.normal(size=3)
     np.testing.assert_array_equal(gravity_in_base(gravity, 0.0, 0.0), gravity)
 
 
-def test_roll_lifts_the_left_and_pitch_lowers_the_front():
+def test_directions_of_roll_and_pitch():
     x, y, z = gravity_in_base(DOWN, 0.1, 0.0)
     assert x == 0.0 and y < 0.0 and z == pytest.approx(-9.81 * np.cos(0.1))
     x, y, z = gravity_in_base(DOWN, 0.0, 0.1)
@@ -21,8 +21,8 @@ def test_roll_lifts_the_left_and_pitch_lowers_the_front():
 
 
 @pytest.mark.parametrize('roll, pitch', [(0.3, -0.2), (-1.2, 0.7), (np.pi, 0.0), (0.0, 3.0)])
-def test_it_turns_and_does_nothing_else(rng, roll, pitch):
-    """Against quaternions: qz(0) qy(pitch) qx(roll) takes base axes to level ones."""
+def test_against_quaternions(rng, roll, pitch):
+    """The quaternion qy(pitch) qx(roll) turns base axes into level axes."""
     gravity = rng.normal(size=3)
 
     def product(a, b):
@@ -36,7 +36,7 @@ def test_it_turns_and_does_nothing_else(rng, roll, pitch):
         gravity_in_base(gravity, roll, pitch), atol=1e-14)
 
 
-def test_tilt_as_setting_is_gravity_as_setting():
+def test_settings_base_and_gravity_agree():
     tilted = PredictorSettings.from_parameters({'base.roll': 0.2, 'base.pitch': -0.1})
     turned = PredictorSettings(gravity=tuple(gravity_in_base(DOWN, 0.2, -0.1)))
     q = np.linspace(-1.0, 1.0, 7)
