@@ -1,10 +1,10 @@
 """
 Explanation of the residual of the last ten seconds, with a test of significance.
 
-The residual is compared with linear models: a payload at the hand, an offset of a joint, friction
-of the joints, a tilted base. Their evidence is that of a Gaussian prior on the values and of noise
-with the expected deviation. Errors of the model repeat in the same posture, so samples count as
-independent only when the arm has moved.
+Linear models compete: a payload at the hand, an offset of a joint, friction of the joints, a tilted
+base. The evidence of a model follows from Gaussian priors of its values and from noise with the
+expected deviation. Model errors repeat in the same posture, so samples count as independent only
+when the arm has moved.
 """
 
 from collections import deque
@@ -18,10 +18,10 @@ from ..model.arrays import Array, Bools
 from ..model.base_parameters import fixed_to_link
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER
+from ..model.paper_tables import GRAVITY
 
 WINDOW = 10.0  # duration of the residuals explained together [s]
-# Largest standard deviation of the residual of an uncalibrated arm without an offset of s1, and
-# the smallest of any arm [N m].
+# Bounds of the residual's standard deviation: uncalibrated without s1's offset, and ideal [N m].
 UNCALIBRATED = np.array([1.1, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])
 SMALLEST = 0.05 * UNCALIBRATED
 
@@ -93,8 +93,8 @@ class ResidualExplainer:
     """
     Explains the residuals of the last ten seconds.
 
-    Samples with contact are used only if there are not enough without: a heavy payload is
-    reported as contact until the model has it.
+    Samples with contact are used only if there are too few without: a heavy payload is reported
+    as contact until the model includes it.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class ResidualExplainer:
         values, deviations = fit.values[columns], np.sqrt(np.diag(fit.covariance))[columns]
         if kind == 'tilt':
             angle, sd = np.degrees(np.array([np.linalg.norm(values), deviations.max()])
-                                   / np.linalg.norm(self._arm.gravity_vector)).tolist()
+                                   / np.abs(GRAVITY[2])).tolist()
             return Explanation(kind, None, (angle,), (sd,),
                                f'gravity appears tilted by {angle:.1f} ± {sd:.1f} degrees')
         most = int(np.argmax(np.abs(values) / deviations))
