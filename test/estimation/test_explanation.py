@@ -2,7 +2,7 @@
 
 from baxter_dynamics_ros import BaxterArm, EffortModel, JOINTS, Payload
 from baxter_dynamics_ros.estimation.explanation import ResidualExplainer
-from baxter_dynamics_ros.estimation.predictor import Prediction
+from baxter_dynamics_ros.estimation.predictor import Prediction, Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import POSITION_UPPER
 import numpy as np
@@ -55,14 +55,14 @@ def test_payload_at_rest(mass):
     """On the simulation's physics, which shares no code with the model."""
     pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
     from baxter_dynamics_ros.simulation.plant import Plant
-    plant, settings = (Plant('right', payload=Payload(mass, CENTER)),
-                       PredictorSettings({'effort_model.deviation': DEVIATION}))
+    plant = Plant('right', payload=Payload(mass, CENTER))
+    model = PredictorSettings.from_parameters({'effort_model.deviation': DEVIATION}).model
     found = 0
     for q in POSES:
         plant.place(q)
         rest = q, np.zeros(7), np.zeros(7)
-        expected = settings.effort_model.effort(settings.arm.gravity(q), *rest)
-        residual = plant.static_torque() - expected
+        expected = model.effort_model.effort(model.arm.gravity(q), *rest)
+        residual = plant.truth.coupled(plant.static_torque()) - expected
         explained = explain(lambda *_: residual, lambda t: rest)
         if explained.payload is not None:
             found += 1
@@ -79,11 +79,11 @@ def test_payload_in_motion(mass):
     pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
     from baxter_dynamics_ros.simulation.plant import COULOMB
     from baxter_dynamics_ros.simulation.robot import FakeBaxter, JOINT_STATE_NAMES
-    settings = PredictorSettings({'effort_model.deviation': DEVIATION,
-                                  'effort_model.coulomb': COULOMB})
+    settings = PredictorSettings.from_parameters({'effort_model.deviation': DEVIATION,
+                                                  'effort_model.coulomb': COULOMB})
     robot = FakeBaxter(trajectory='switch', payload=Payload(mass, CENTER))
-    predictor = settings.predictor(external=True)
-    explainer = ResidualExplainer(settings.arm, settings.effort_model)
+    predictor = Predictor(settings, external=True)
+    explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
     for k in range(1, 900):
         robot.advance(0.01 * k)
         step = predictor.handle(10 ** 18 + 10 ** 7 * k, JOINT_STATE_NAMES, *robot.joint_state())
@@ -157,12 +157,12 @@ def test_coupled_joints():
 
 def explanations(recordings, file, arm):
     """Yield the explanation after each second of a recording, uncalibrated."""
-    data, settings = np.load(recordings / file), PredictorSettings({'arm': arm})
+    data, settings = np.load(recordings / file), PredictorSettings(arm=arm)
     parts = data['recording'] if 'recording' in data else np.zeros(len(data['stamp']))
     for part in np.unique(parts):
         rows = np.flatnonzero(parts == part)
-        predictor = settings.predictor(external=True)
-        explainer = ResidualExplainer(settings.arm, settings.effort_model)
+        predictor = Predictor(settings, external=True)
+        explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
         last = data['stamp'][rows[0]] + 3.0
         for stamp, *state in zip(*(data[field][rows] for field in (
                 'stamp', 'position', 'velocity', 'effort'))):

@@ -23,7 +23,7 @@ def test_gravity_torques(pin, side, random_states):
                   pin.buildModelFromXML(arm_description(side))]
     except DescriptionError as error:
         pytest.skip(str(error))
-    payload = PredictorSettings(read_parameters(FILE)).arm.payload
+    payload = PredictorSettings.from_parameters(read_parameters(FILE)).model.arm.payload
     arms = [BaxterArm(payload, mount=mount(side)), BaxterArm(mount=mount(side))]
     for q in random_states(20)[0]:
         torques = []
