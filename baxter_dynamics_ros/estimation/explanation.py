@@ -1,10 +1,10 @@
 """
 Explanation of the residual of the last ten seconds, with a test of significance.
 
-Linear models compete: a payload at the hand, an offset of a joint, friction of the joints, a tilted
-base. The evidence of a model follows from Gaussian priors of its values and from noise with the
-expected deviation. Model errors repeat in the same posture, so samples count as independent only
-when the arm has moved.
+Linear models compete: a payload at the hand, an offset of a joint, friction of the joints, a
+tilted base. The evidence of a model follows from Gaussian priors of its values and from noise with
+the expected deviation. Model errors repeat in the same posture, so samples count as independent
+only when the arm has moved.
 """
 
 from collections import deque
