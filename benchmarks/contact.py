@@ -85,7 +85,7 @@ def run(trajectory: str, seed: int, duration: float, plan: list = (),
         while edges and edges[0][0] <= k * period:
             begin, force, torque = edges.pop(0)
             robot.advance(begin)
-            robot.force, robot.torque = force, torque
+            robot.plant.force, robot.plant.torque = force, torque
         robot.advance(k * period)
         rows.append([values[order] for values in robot.joint_state()])
     return JointTrace(trajectory, 'right', period, *np.array(rows).transpose(1, 0, 2))

@@ -54,14 +54,15 @@ class FakeBaxterNode(ParameterNode):
         super().__init__('fake_baxter')
         try:
             from ..simulation import robot
+            from ..simulation.plant import default_truth
             from ..simulation.recorder import JointStates
         except ImportError as error:
             raise BaxterDynamicsError(
                 f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
         given = self.declare_settings(_settings(robot.TRAJECTORIES))
         self._baxter = robot.FakeBaxter(
-            given['arm'], given['trajectory'], given['description'] or None, given['spring'],
-            given['friction'], given['noise'], given['seed'],
+            given['arm'], given['trajectory'], given['description'] or None, given['noise'],
+            given['seed'], default_truth(given['spring'], given['friction']),
             payload=Payload(given['payload.mass'], given['payload.center_of_mass']),
             gravity=given['gravity'])
         self.apply(given)
@@ -88,8 +89,8 @@ class FakeBaxterNode(ParameterNode):
         """Set the external loads."""
         for setting in _LOADS:
             load = np.array(built[setting.name])
-            if not np.array_equal(load, getattr(self._baxter, setting.name)):
-                setattr(self._baxter, setting.name, load)
+            if not np.array_equal(load, getattr(self._baxter.plant, setting.name)):
+                setattr(self._baxter.plant, setting.name, load)
                 self.get_logger().info(f'{setting.name}: {load.tolist()} {setting.unit}')
 
     def _on_timer(self) -> None:

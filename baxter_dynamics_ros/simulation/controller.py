@@ -15,12 +15,8 @@ class DoubleLoop:
     """
     Cascaded position controller: an outer velocity loop, eq. (13), around an inner one, eq. (14).
 
-    Parameters
-    ----------
-    standing : array_like (7,)
-        Initial contribution of the integral beyond gravity and spring compensation, as if the
-        controller had held the arm in place for a long time [N m].
-
+    Its integral starts with ``standing`` torques (7,) [N m], as if the controller had held the
+    arm in place for a long time.
     """
 
     def __init__(self, standing: Array = np.zeros(len(KP_INNER))) -> None:
@@ -29,19 +25,10 @@ class DoubleLoop:
     def torque(self, q_r: Array, qd_r: Array, q: Array, qd: Array,
                holding: Array, dt: float) -> Array:
         """
-        Return motor torques (7,) [N m].
+        Return motor torques (7,) [N m] for a reference and a state, each (7,) [rad, rad/s].
 
-        Parameters
-        ----------
-        q_r, qd_r : ndarray (7,)
-            Reference [rad, rad/s].
-        q, qd : ndarray (7,)
-            State [rad, rad/s].
-        holding : ndarray (7,)
-            Gravity and spring compensation, which is added to the controller's output [N m].
-        dt : float
-            Time since the last call [s].
-
+        ``holding`` (7,) is the gravity and spring compensation [N m], dt the time since the last
+        call [s].
         """
         error = _velocity_error(q_r, qd_r, q, qd)
         self._integral = self._integral + error * dt
@@ -50,15 +37,9 @@ class DoubleLoop:
     def start_at(self, motor: Array, q_r: Array, qd_r: Array, q: Array,
                  qd: Array, holding: Array, dt: float) -> None:
         """
-        Set the integral so that the next :meth:`torque` returns ``motor``: a bumpless transfer.
+        Set the integral so that the next :meth:`torque` returns ``motor`` (7,) [N m].
 
-        Parameters
-        ----------
-        motor : ndarray (7,)
-            Present motor torques [N m].
-        q_r, qd_r, q, qd, holding, dt
-            Arguments of the next call of :meth:`torque`.
-
+        The other arguments are those of that call.
         """
         error = _velocity_error(q_r, qd_r, q, qd)
         self._integral = (motor - holding - KP_INNER * error) / KI_INNER - error * dt

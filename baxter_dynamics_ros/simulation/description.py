@@ -67,22 +67,16 @@ def arm_description(side: str, path: str | Path | None = None,
         raise DescriptionError(f"{path}: no joint {missing[0]}; is it a Baxter's URDF?")
     keep = _links_of_arm(joints, joint_names(side))
     for element in list(robot):
-        if element.tag == 'joint':
-            unwanted = _link(element, 'child') not in keep
-        elif element.tag == 'link':
-            unwanted = element.get('name') not in keep
-            for shape in element.findall('visual') + element.findall('collision'):
-                element.remove(shape)
-        else:
-            unwanted = True
-        if unwanted:
+        link = _link(element, 'child') if element.tag == 'joint' else element.get('name')
+        if element.tag not in ('joint', 'link') or link not in keep:
             robot.remove(element)
-    hands = [link.get('name', '') for link in robot.findall('link')
-             if link.get('name') in hand_names(side)]
-    if not hands:
+        for shape in element.findall('visual') + element.findall('collision'):
+            element.remove(shape)
+    hand = next((name for name in hand_names(side) if name in keep), None)
+    if hand is None:
         raise DescriptionError(f'{path}: no link {hand_names(side)[0]}')
     if payload is not None and payload.mass > 0.0:
-        robot.extend(_load(hands[0], payload))
+        robot.extend(_load(hand, payload))
     return ET.tostring(robot, encoding='unicode')
 
 
@@ -108,19 +102,20 @@ def _load(hand: str, payload: Payload) -> list[ET.Element]:
 def _links_of_arm(joints: dict[str, ET.Element], arm: tuple[str, ...]) -> set[str]:
     """Return the links from the root to the wrist, with links fixed to the arm but no gripper."""
     parents = {_link(joint, 'child'): joint for joint in joints.values()}
-    links = {_link(joints[name], 'child') for name in arm}
-    above = _link(joints[arm[0]], 'parent')
-    chain = {above}
-    while above in parents:
-        above = _link(parents[above], 'parent')
-        chain.add(above)
-    added = set(links)
-    while added:
-        added = {link for link, joint in parents.items()
-                 if link not in links and joint.get('type') == 'fixed'
-                 and _link(joint, 'parent') in links and 'gripper' not in link}
-        links |= added
-    return links | chain
+
+    def is_of_arm(link: str) -> bool:
+        joint = parents.get(link)
+        if joint is None or joint.get('name') in arm:
+            return joint is not None
+        return (joint.get('type') == 'fixed' and 'gripper' not in link
+                and is_of_arm(_link(joint, 'parent')))
+
+    links = set(filter(is_of_arm, parents))
+    link = _link(joints[arm[0]], 'parent')
+    while link in parents:
+        links.add(link)
+        link = _link(parents[link], 'parent')
+    return links | {link}
 
 
 def _link(joint: ET.Element, end: str) -> str:

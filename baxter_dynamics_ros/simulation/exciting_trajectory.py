@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .trajectories import JointTrajectory, minimum_jerk, mirror
+from .trajectories import minimum_jerk, mirror
 from ..model.arrays import Array, ArrayLike
 
 DURATION = 60.0  # [s]
@@ -53,13 +53,7 @@ def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
     A window makes the motion start and end at rest, twice continuously differentiable. Outside
     the window the arm rests at the centre.
 
-    Parameters
-    ----------
-    series : Series
-        Fourier series of the joints.
-    t : array_like (...)
-        Time since the start [s].
-
+    t is the time since the start, (...) [s].
     """
     t = np.clip(t, 0.0, DURATION)[..., None]
     frequency = 2 * np.pi / DURATION * series.harmonic  # [rad/s]
@@ -82,11 +76,3 @@ def series(side: str) -> Series:
     signs = mirror(side)
     return SERIES._replace(center=signs * SERIES.center, sine=signs[:, None] * SERIES.sine,
                            cosine=signs[:, None] * SERIES.cosine)
-
-
-class ExcitingTrajectory(JointTrajectory):
-    """Joint references along the exciting trajectory; mirrored for the left arm."""
-
-    def __init__(self, side: str) -> None:
-        joints = series(side)
-        super().__init__(lambda t: motion(joints, t)[0])

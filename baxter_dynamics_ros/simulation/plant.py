@@ -41,7 +41,7 @@ class Plant:
     One simulated arm driven by motor torques; joint order s0 ... w2.
 
     ``M qdd + C qd + G = motor - spring(q) - stiffness q - friction - added_inertia qdd
-    + J^T force + torque``.
+    + J^T force + torque``. The bias of the effort model belongs to the sensors.
 
     Parameters
     ----------
@@ -51,11 +51,18 @@ class Plant:
         A Baxter's URDF; the one of ``hpp-baxter`` by default.
     truth : EffortModel, optional
         True spring, cable stiffness, friction and added inertia, the latter not negative;
-        :func:`default_truth` by default. The bias belongs to the sensors.
+        :func:`default_truth` by default.
     payload : Payload, optional
-        Payload of the hand.
+        Payload of the hand; unknown to the robot's own compensation, as are tilt and cables.
     gravity : array_like (3,), optional
         Gravity vector in the base frame [m/s^2]; straight down by default.
+
+    Attributes
+    ----------
+    force : ndarray (3,)
+        External force on the hand, base axes [N].
+    torque : ndarray (7,)
+        External torque on the joints [N m].
 
     Raises
     ------
@@ -85,20 +92,18 @@ class Plant:
         names = [self.model.body(i).name for i in range(self.model.nbody)]
         self._hand = next(i for i, name in enumerate(names) if name in hand_names(side))
         self._presliding = Presliding(self.truth.dahl_length)
-        self.force: Array = np.zeros(3)  # on the hand, base axes [N]
-        self.torque: Array = np.zeros(N_JOINTS)  # external, on the joints [N m]
+        self.force: Array = np.zeros(3)
+        self.torque: Array = np.zeros(N_JOINTS)
 
     @property
     def q(self) -> Array:
         """Position (7,) [rad]."""
-        q: Array = self.data.qpos[self._joints]
-        return q
+        return np.asarray(self.data.qpos[self._joints])
 
     @property
     def qd(self) -> Array:
         """Velocity (7,) [rad/s]."""
-        qd: Array = self.data.qvel[self._joints]
-        return qd
+        return np.asarray(self.data.qvel[self._joints])
 
     def place(self, q: Array) -> None:
         """Place the arm at rest at q (7,) [rad], without stored friction."""
@@ -108,20 +113,13 @@ class Plant:
         mujoco.mj_forward(self.model, self.data)
 
     def holding_torque(self) -> Array:
-        """
-        Return the robot's own gravity and spring compensation, (7,) [N m].
-
-        It ignores payload, tilt of the base and cables.
-        """
-        gravity: Array = self._nominal.gravity(self.data.qpos)[self._joints]
-        return gravity + self.truth.spring(self.q)
+        """Return the robot's own compensation of gravity and spring, (7,) [N m]."""
+        return self._nominal.gravity(self.data.qpos)[self._joints] + self.truth.spring(self.q)
 
     def static_torque(self) -> Array:
         """Return the motor torques that hold the arm at rest without friction, (7,) [N m]."""
-        q = self.q
         gravity = self._actual.gravity(self.data.qpos)[self._joints]
-        torque: Array = gravity + self.truth.spring(q) + self.truth.stiffness * q
-        return torque
+        return gravity + self.truth.spring(self.q) + self.truth.stiffness * self.q
 
     def step(self, motor: Array) -> None:
         """Advance by one time step under motor torques (7,) [N m]."""
@@ -145,7 +143,7 @@ class _StaticModel:
         self._data = mujoco.MjData(model)
 
     def gravity(self, qpos: Array) -> Array:
-        """Return the torques that balance gravity, in the model's joint order [N m]."""
+        """Return the torques that balance gravity, in MuJoCo's joint order [N m]."""
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)

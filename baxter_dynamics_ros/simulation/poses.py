@@ -1,8 +1,8 @@
-"""Static postures that identify a payload, and the trajectory that visits them in turn."""
+"""Static postures that identify a payload, and a joint motion that visits them in turn."""
 
 import numpy as np
 
-from .trajectories import JointTrajectory, minimum_jerk, mirror
+from .trajectories import minimum_jerk
 from ..model.arrays import Array
 
 # Of the right arm [rad]. A random search over collision-free postures chose the three that
@@ -40,19 +40,3 @@ def _overshoot(n: int) -> float:
 def _progress(s: float) -> float:
     """Return the progress of a move, 0 to 1, at the fraction s of its duration, clipped."""
     return float(minimum_jerk(min(max(s, 0.0), 1.0)))
-
-
-class Poses(JointTrajectory):
-    """Joint references through the postures, repeated; mirrored for the left arm."""
-
-    def __init__(self, side: str) -> None:
-        signs = mirror(side)
-        super().__init__(lambda t: signs * motion(t))
-
-
-class HoldPosition(JointTrajectory):
-    """Constant joint references at q (7,) [rad]."""
-
-    def __init__(self, q: Array) -> None:
-        constant = np.array(q)
-        super().__init__(lambda t: constant)

@@ -18,26 +18,15 @@ _TOLERANCE = 500_000  # on a recording's end; the jitter of stamps is far smalle
 
 class JointStates:
     """
-    Endless iterator over the joint states that a robot publishes.
+    Endless iterator over the joint states that a robot publishes from its present time.
 
-    The head and both arms are published at ``rate``, two gripper joints at 38 Hz. Each message
-    advances the simulation to its instant.
-
-    Parameters
-    ----------
-    robot : FakeBaxter
-        Simulated robot, at its present time.
-    rate : float
-        Rate of the arms' joint states [Hz].
-    seed : int
-        Seed of the stamps' jitter.
-    start_ns : int
-        Stamp of the robot's present time [ns].
+    The head and both arms are published at ``rate`` [Hz], two gripper joints at 38 Hz. Each
+    message advances the simulation to its instant.
 
     Attributes
     ----------
     start_ns : int
-        As given; assign a later value to skip time.
+        Stamp of the start [ns]; assign a later value to skip time.
 
     """
 
@@ -82,23 +71,8 @@ def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0) -> It
     """
     Yield the joint states of the robot's next ``duration`` [s], faster than real time.
 
-    Parameters
-    ----------
-    robot : FakeBaxter
-        Simulated robot, at its present time.
-    duration : float
-        Simulated time [s].
-    rate : float
-        Rate of the arms' joint states [Hz].
-    seed : int
-        Seed of the stamps' jitter.
-
-    Yields
-    ------
-    tuple
-        Stamp [ns], names, position, velocity and effort; the first stamp is near
-        :data:`START_NS`.
-
+    The arms' rate is in Hz, the seed is that of the stamps' jitter, and the stamps begin at
+    :data:`START_NS`.
     """
     states = JointStates(robot, rate, seed, START_NS)
     end = START_NS + _ns(duration) + _TOLERANCE

@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import exciting_trajectory, poses
 from .controller import DoubleLoop
-from .exciting_trajectory import ExcitingTrajectory
 from .plant import default_truth, Plant, TIMESTEP, TORQUE_LIMIT
-from .poses import HoldPosition, Poses
 from .sensors import Sensors
-from .trajectories import HandTrajectory, JointTrajectory
+from .trajectories import HandTrajectory, JointTrajectory, mirror
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
@@ -49,40 +48,30 @@ class FakeBaxter:
         One of :data:`TRAJECTORIES`.
     description : path, optional
         URDF of a Baxter.
-    spring, friction, noise : bool
-        Whether the robot has the spring at s1, friction, and sensor noise.
+    noise : bool
+        Whether to simulate sensor noise.
     seed : int
         Seed of the noise.
     truth : EffortModel, optional
-        True effort model of both arms, instead of ``spring`` and ``friction``;
-        :func:`.plant.default_truth` by default.
-    payload : Payload, optional
-        Payload of the moving hand; unknown to the robot's own compensation.
-    gravity : array_like (3,), optional
-        Gravity vector in the base frame [m/s^2], straight down by default; unknown to the
-        robot's own compensation.
+        True effort model of both arms; :func:`.plant.default_truth` by default.
+    payload, gravity
+        Payload of the moving hand, and gravity vector; see :class:`.plant.Plant`.
 
     Raises
     ------
     ArgumentError
-        If trajectory is unknown, truth is given while ``spring`` or ``friction`` is False, or
-        :class:`.plant.Plant` refuses an argument.
+        If trajectory is unknown, or :class:`.plant.Plant` refuses an argument.
 
     """
 
     def __init__(self, side: str = 'right', trajectory: str = 'circle',
-                 description: Path | str | None = None, spring: bool = True,
-                 friction: bool = True, noise: bool = True, seed: int = 0,
+                 description: Path | str | None = None, noise: bool = True, seed: int = 0,
                  truth: EffortModel | None = None, payload: Payload | None = None,
                  gravity: ArrayLike | None = None) -> None:
         if trajectory not in TRAJECTORIES:
             raise ArgumentError('trajectory', f'expected one of {", ".join(TRAJECTORIES)}, '
                                 f'got {trajectory!r}')
-        if truth is None:
-            truth = default_truth(spring, friction)
-        elif not (spring and friction):
-            raise ArgumentError('truth', 'replaces spring and friction: leave these two at '
-                                'their defaults')
+        truth = default_truth() if truth is None else truth
         self.plant = Plant(side, description, truth, payload, gravity)
         self.reference: HandTrajectory | JointTrajectory = _reference(side, trajectory)
         self.plant.place(self.reference.q)
@@ -108,41 +97,18 @@ class FakeBaxter:
         return self._steps * TIMESTEP
 
     @property
-    def force(self) -> Array:
-        """External force on the moving hand, base axes (3,) [N]; assignable."""
-        return self.plant.force
-
-    @force.setter
-    def force(self, value: ArrayLike) -> None:
-        self.plant.force = np.array(value, dtype=float)
-
-    @property
-    def torque(self) -> Array:
-        """External torque on the moving arm's joints (7,) [N m]; assignable."""
-        return self.plant.torque
-
-    @torque.setter
-    def torque(self, value: ArrayLike) -> None:
-        self.plant.torque = np.array(value, dtype=float)
-
-    @property
     def is_commanded(self) -> bool:
         """Whether a torque command is in force."""
         return self._command is not None
 
     def command(self, torque: ArrayLike) -> None:
         """
-        Apply motor torques and nothing else, as in the SDK's torque mode.
+        Apply motor torques (7,) [N m] and nothing else, as in the SDK's torque mode.
 
-        They stay in force until the next command or for :data:`COMMAND_TIMEOUT`. Then the
-        controller holds the arm in place, starting from the present torques; the trajectory is
-        not resumed. A joint faster than :data:`RUNAWAY` is braked immediately.
-
-        Parameters
-        ----------
-        torque : array_like (7,)
-            Motor torques, s0 ... w2 [N m]: the measured effort without bias and noise. Gravity
-            and spring compensation are not added.
+        They are the measured effort without bias and noise, and stay in force until the next
+        command or for :data:`COMMAND_TIMEOUT`. Then the controller holds the arm in place,
+        starting from the present torques; the trajectory is not resumed. A joint faster than
+        :data:`RUNAWAY` is braked immediately.
 
         Raises
         ------
@@ -197,7 +163,8 @@ class FakeBaxter:
 
     def _hold_here(self, motor: Array) -> None:
         """Hold the present position, starting from motor torques (7,) [N m]."""
-        self.reference = HoldPosition(self.plant.q)
+        here = self.plant.q
+        self.reference = JointTrajectory(lambda t: here)
         if self._runs_away():
             self._controller = DoubleLoop()  # without the torques that accelerate the joint
         else:
@@ -212,7 +179,8 @@ class FakeBaxter:
 def _reference(side: str, trajectory: str) -> HandTrajectory | JointTrajectory:
     """Return the joint references of a trajectory."""
     if trajectory == 'exciting':
-        return ExcitingTrajectory(side)
+        series = exciting_trajectory.series(side)
+        return JointTrajectory(lambda t: exciting_trajectory.motion(series, t)[0])
     if trajectory == 'poses':
-        return Poses(side)
+        return JointTrajectory(lambda t: mirror(side) * poses.motion(t))
     return HandTrajectory(side, trajectory)

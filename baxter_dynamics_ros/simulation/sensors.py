@@ -24,17 +24,9 @@ _MAX_PENDING = 1000  # readings processed in one go; bounds memory
 
 class Sensors:
     """
-    Joint sensors of one arm, sampled at the encoder rate.
+    Joint sensors of one arm, read every ``period`` [s]; 1 ms on the robot.
 
-    Parameters
-    ----------
-    period : float
-        Time between two encoder readings [s]; 1 ms on the robot.
-    noise : bool
-        Whether to add noise and quantisation; the velocity lags either way.
-    seed : int
-        Seed of the noise.
-
+    Without noise there is no quantisation either; the velocity lags either way.
     """
 
     def __init__(self, period: float, noise: bool = True, seed: int = 0) -> None:

@@ -29,7 +29,7 @@ def mirror(side: str) -> Array:
 
 
 def minimum_jerk(s: Any) -> Any:
-    """Return the progress of a minimum-jerk move, 0 to 1, at the fraction s of its duration."""
+    """Return the progress, 0 to 1, of a minimum-jerk move at the fraction s of its duration."""
     return s ** 3 * (10.0 - 15.0 * s + 6.0 * s ** 2)
 
 
@@ -78,12 +78,7 @@ PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi
 
 class JointTrajectory:
     """
-    Joint references along a given joint motion.
-
-    Parameters
-    ----------
-    motion : callable
-        Joint angles (7,) [rad] at a time [s].
+    Joint references along a motion: joint angles (7,) [rad] at a time [s].
 
     Attributes
     ----------
@@ -111,20 +106,7 @@ class HandTrajectory:
     Joint references along a hand trajectory, by the inverse Jacobian method of eq. (15).
 
     Same interface as :class:`JointTrajectory`. The hand points down throughout; the reference
-    starts at rest and accelerates along the trajectory.
-
-    Parameters
-    ----------
-    side : str
-        'right' or 'left'.
-    trajectory : str
-        One of :data:`TRAJECTORIES`.
-
-    Attributes
-    ----------
-    q, qd : ndarray (7,)
-        The reference now [rad, rad/s].
-
+    starts at rest and accelerates along one of :data:`TRAJECTORIES`.
     """
 
     def __init__(self, side: str, trajectory: str) -> None:

@@ -86,7 +86,7 @@ def _run(case: Case) -> tuple[np.ndarray, ...]:
     for message in record(robot, START + DURATION, 100.0):
         begin = message[0] if begin is None else begin
         shown = (message[0] - begin) * 1e-9 - START
-        robot.force = case.force if 2.0 <= shown < 4.0 else (0.0, 0.0, 0.0)
+        robot.plant.force = np.array(case.force) * (2.0 <= shown < 4.0)
         prediction = predictor.handle(*message).prediction
         if prediction is not None and shown >= 0.0:
             rows.append((shown, prediction.residual, prediction.qd, prediction.qdd))

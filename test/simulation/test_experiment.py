@@ -91,15 +91,10 @@ def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('verb', ['experiment lift', 'calibrate --plan'])
-def test_refuses_a_folder_that_is_not_empty(tmp_path, capsys, verb):
+@pytest.mark.parametrize('output, problem', [
+    ('.', 'is not empty'), ('nowhere/below', 'cannot be created'), ('notes', 'cannot be created')])
+def test_refuses_a_folder_that_is_not_new(tmp_path, capsys, verb, output, problem):
     (tmp_path / 'notes').write_text('mine')
-    assert main([*verb.split(), '-o', str(tmp_path)]) == 1
-    assert 'is not empty' in capsys.readouterr().err
+    assert main([*verb.split(), '-o', str(tmp_path / output)]) == 1
+    assert problem in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ['notes']
-
-
-@pytest.mark.parametrize('output', ['nowhere/below', 'file'])
-def test_refuses_a_folder_that_cannot_be_made(tmp_path, capsys, output):
-    (tmp_path / 'file').write_text('mine')
-    assert main(['experiment', 'circle', '-o', str(tmp_path / output)]) == 1
-    assert 'cannot be created' in capsys.readouterr().err

@@ -1,9 +1,9 @@
 """
 The paper's Table V on the fake Baxter: mean errors over whole periods, no worse than printed.
 
-The model is told the fake arm's friction, which is no part of the paper's model. Untold, friction
-cancels over a period, unless a joint turns more slowly one way than the other, as s0 does along
-the circle: a signed mean of -0.045 N m is left there, which is no error of the model.
+The predictor knows the fake arm's friction, which is not part of the paper's model. Otherwise it
+cancels over a period, except where a joint is slower in one direction than in the other: s0 has a
+signed mean of -0.045 N m on the circle.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
 
-FLOOR = 0.03  # [N m] some of the paper's figures are less than the sensors' noise lets one ask for
+FLOOR = 0.03  # [N m]; some of the paper's figures are below the noise of the sensors
 SUM = 0.1  # [N m]
 
 

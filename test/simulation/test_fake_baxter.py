@@ -11,13 +11,16 @@ import pytest
 
 mujoco = pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.simulation.plant import Plant  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.plant import default_truth, Plant  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.robot import FakeBaxter, JOINT_STATE_NAMES  # noqa: E402
 from baxter_dynamics_ros.simulation.sensors import Sensors  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import circle  # noqa: E402
 
 PERIOD = 0.01  # [s]
 ORDER = [JOINT_STATE_NAMES.index(name) for name in joint_names('right')]
+LOAD = Payload(1.1, (0.04, -0.03, 0.08), (0.05, 0.045, 0.04, 0.012, -0.01, 0.008))
+TILTED = (0.3, -0.2, -9.8)  # [m/s^2]
+CABLES = EffortModel(stiffness=[2.0, -1.5, 1.0, 0.8, 0.4, -0.3, 0.2])
 
 
 def run(robot, seconds, side='right'):
@@ -31,7 +34,7 @@ def run(robot, seconds, side='right'):
 
 
 def residuals(robot, seconds, settings=None, side='right'):
-    """Return what the predictor leaves over on the robot, (n, 7) [N m]."""
+    """Return the residual of the predictor on the robot, (n, 7) [N m]."""
     predictor = Predictor(PredictorSettings.from_parameters({'arm': side, **(settings or {})}))
     result = []
     for k in range(1, round(seconds / PERIOD) + 1):
@@ -52,8 +55,7 @@ def test_publishes_the_robots_17_joints_in_its_order():
 
 @pytest.mark.parametrize('side', ['right', 'left'])
 def test_hand_follows_the_papers_circle(side):
-    robot = FakeBaxter(side, noise=False)
-    q, _, _ = run(robot, 20.0, side)
+    q, _, _ = run(FakeBaxter(side, noise=False), 8.0, side)
     hand = BaxterArm(mount=mount(side)).forward_kinematics(q)
     t = PERIOD * np.arange(1, len(q) + 1) - 1.0  # the trajectory's own time, once up to speed
     wanted = np.array([circle(x) for x in t])
@@ -91,43 +93,37 @@ def test_noise_and_quanta_at_rest_are_those_measured():
 
 
 def test_without_spring_friction_and_noise_effort_is_the_rigid_bodys():
-    robot = FakeBaxter(spring=False, friction=False, noise=False)
+    robot = FakeBaxter(noise=False, truth=EffortModel.rigid())
     residual = residuals(robot, 8.0, {'effort_model.enabled': False})
     assert np.sqrt(np.mean(residual ** 2, axis=0)).max() < 0.02
 
 
-def test_spring_is_in_the_effort_as_on_the_robot():
-    robot = FakeBaxter(trajectory='hold', friction=False, noise=False)
-    q, _, effort = run(robot, 1.0)
-    expected = BaxterArm().gravity(q[-1]) + EffortModel().spring(q[-1])
-    np.testing.assert_allclose(effort[-1], expected, atol=0.02)
+def test_friction_shows_as_a_residual():
+    smooth, rough = (residuals(FakeBaxter(noise=False, truth=default_truth(friction=friction)),
+                               8.0)[:, 1] for friction in (False, True))
+    assert np.sqrt(np.mean(smooth ** 2)) < 0.02
+    assert 0.2 < np.sqrt(np.mean(rough ** 2)) < 0.8
 
 
-def test_friction_shows_as_a_residual_against_the_motion():
-    smooth = residuals(FakeBaxter(noise=False, friction=False), 8.0)
-    rough = residuals(FakeBaxter(noise=False), 8.0)
-    assert np.sqrt(np.mean(smooth[:, 1] ** 2)) < 0.02
-    assert 0.2 < np.sqrt(np.mean(rough[:, 1] ** 2)) < 0.8
-
-
-def test_force_on_the_hand_shows_in_the_effort_with_the_sign_of_a_reaction():
-    robot = FakeBaxter(trajectory='hold', friction=False, noise=False)
-    run(robot, 0.5)
-    robot.force = (3.0, -5.0, -10.0)
-    q, _, effort = run(robot, 4.0)
-    arm = BaxterArm(mount=mount('right'))
-    external = arm.jacobian(q[-1])[:3].T @ (3.0, -5.0, -10.0)
-    residual = effort[-1] - arm.gravity(q[-1]) - EffortModel().spring(q[-1])
-    np.testing.assert_allclose(residual, -external, atol=0.05)
-
-
-def test_external_torque_shows_at_its_joint_with_the_sign_of_a_reaction():
-    robot = FakeBaxter(trajectory='hold', friction=False, noise=False)
-    run(robot, 0.5)
-    robot.torque = external = np.array([2.0, -3.0, 1.0, -2.0, 0.3, 0.2, -0.1])
-    q, _, effort = run(robot, 4.0)
-    residual = effort[-1] - BaxterArm().gravity(q[-1]) - EffortModel().spring(q[-1])
-    np.testing.assert_allclose(residual, -external, atol=0.05)
+@pytest.mark.parametrize('side', ['right', 'left'])
+@pytest.mark.parametrize('robot, force, torque', [
+    ({}, 0.0, 0.0), ({}, [3.0, -5.0, -10.0], 0.0),
+    ({}, 0.0, [2.0, -3.0, 1.0, -2.0, 0.3, 0.2, -0.1]), ({'payload': LOAD}, 0.0, 0.0),
+    ({'gravity': TILTED}, 0.0, 0.0), ({'truth': CABLES}, 0.0, 0.0),
+], ids=['spring', 'force', 'torque', 'payload', 'tilt', 'stiffness'])
+def test_effort_at_rest_balances_gravity_springs_and_external_loads(side, robot, force, torque):
+    robot = {'truth': default_truth(friction=False), **robot}
+    arm = BaxterArm(mount=mount(side), **{name: value for name, value in robot.items()
+                                          if name != 'truth'})
+    fake = FakeBaxter(side, 'hold', noise=False, **robot)
+    _, qd, _ = run(fake, 0.2, side)
+    assert np.abs(qd).max() < 1e-3  # at rest from the start
+    fake.plant.force, fake.plant.torque = np.zeros(3) + force, np.zeros(7) + torque
+    settled = 4.0 if np.any(force) or np.any(torque) else 0.1  # [s]
+    q, _, effort = (row[-1] for row in run(fake, settled, side))
+    expected = (arm.gravity(q) + fake.plant.truth.spring(q) + fake.plant.truth.stiffness * q
+                - arm.jacobian(q)[:3].T @ fake.plant.force - fake.plant.torque)
+    np.testing.assert_allclose(effort, expected, atol=0.05)
 
 
 def test_the_same_seed_gives_the_same_data():
@@ -136,7 +132,7 @@ def test_the_same_seed_gives_the_same_data():
     assert (first != other).any()
 
 
-def test_a_description_that_is_none_is_a_clear_error(tmp_path):
+def test_refuses_a_file_that_is_no_description_of_a_baxter(tmp_path):
     from baxter_dynamics_ros.simulation.description import DescriptionError
     wrong = tmp_path / 'wrong.urdf'
     with pytest.raises(DescriptionError, match='wrong.urdf: cannot be read'):
@@ -146,51 +142,30 @@ def test_a_description_that_is_none_is_a_clear_error(tmp_path):
         FakeBaxter(description=wrong)
 
 
-# What the fake Baxter can have beyond the default, one by one.
-
-LOAD = Payload(1.1, (0.04, -0.03, 0.08), (0.05, 0.045, 0.04, 0.012, -0.01, 0.008))
-
-
 def with_truth(trajectory='hold', **truth):
-    """Return a fake Baxter that has that and nothing else: no spring, friction or noise."""
+    """Return a fake Baxter with these terms of the effort and neither spring nor noise."""
     model = EffortModel(spring_coefficients=np.zeros(5), **truth)
     return FakeBaxter(trajectory=trajectory, noise=False, truth=model)
 
 
 def one(joint, value):
-    """Return zeros (7,) but for one joint."""
+    """Return (7,) with a value at one joint and zeros elsewhere."""
     return np.where(np.arange(7) == joint, value, 0.0)
 
 
-@pytest.mark.parametrize('side', ['right', 'left'])
-def test_payload_shows_at_rest_as_its_weight_in_the_joints(side):
-    loaded, empty = (FakeBaxter(side, 'hold', friction=False, noise=False, payload=payload)
-                     for payload in (LOAD, None))
-    (q, qd, effort), (_, _, before) = run(loaded, 0.3, side), run(empty, 0.3, side)
-    arm = BaxterArm(mount=mount(side))
-    jacobian, rotation = arm.jacobian(q[-1]), arm.forward_kinematics(q[-1])[:3, :3]
-    lever = rotation @ LOAD.center_of_mass
-    at_center = jacobian[:3] + np.cross(jacobian[3:].T, lever).T
-    weight = np.array([0.0, 0.0, -9.81 * LOAD.mass])
-    np.testing.assert_allclose(effort[-1] - before[-1], -at_center.T @ weight, atol=0.02)
-    assert np.abs(effort[-1] - before[-1]).max() > 4.0
-    assert np.abs(qd).max() < 1e-3  # it was at rest before, too
-
-
 def test_payload_and_tilt_move_as_in_the_model(random_states):
-    gravity = (0.3, -0.2, -9.8)
-    plant = Plant('left', truth=EffortModel.rigid(), payload=LOAD, gravity=gravity)
+    plant = Plant('left', truth=EffortModel.rigid(), payload=LOAD, gravity=TILTED)
     states, expected = random_states(200), []
     for plant.data.qpos, plant.data.qvel, plant.data.qacc in zip(*states):
         mujoco.mj_inverse(plant.model, plant.data)
         expected.append(plant.data.qfrc_inverse.copy())
-    arm = BaxterArm(payload=LOAD, gravity=gravity, mount=mount('left'))
+    arm = BaxterArm(payload=LOAD, gravity=TILTED, mount=mount('left'))
     np.testing.assert_allclose(arm.inverse_dynamics(*states), expected, atol=0.03)
 
 
 def test_the_robot_itself_knows_neither_payload_nor_tilt_nor_cables():
     plain = Plant('right')
-    laden = Plant('right', payload=LOAD, gravity=(0.3, -0.2, -9.8),
+    laden = Plant('right', payload=LOAD, gravity=TILTED,
                   truth=EffortModel(stiffness=np.ones(7), bias=np.ones(7)))
     for plant in (plain, laden):
         plant.place(np.array([0.3, -0.6, 0.1, 1.4, 0.2, 0.8, 0.4]))
@@ -200,33 +175,12 @@ def test_the_robot_itself_knows_neither_payload_nor_tilt_nor_cables():
 
 
 @pytest.mark.parametrize('side', ['right', 'left'])
-def test_tilt_shows_on_both_arms_as_gravity_in_another_direction(side):
-    gravity = (0.3, -0.2, -9.8)
-    robot = FakeBaxter('right', 'hold', friction=False, noise=False, gravity=gravity)
-    q, qd, effort = run(robot, 0.3, side)
-    spring = EffortModel().spring(q[-1])
-    arm = BaxterArm(mount=mount(side), gravity=gravity)
-    np.testing.assert_allclose(effort[-1], arm.gravity(q[-1]) + spring, atol=0.02)
-    upright = BaxterArm(mount=mount(side)).gravity(q[-1]) + spring
-    assert np.abs(effort[-1] - upright).max() > 0.2
-    assert np.abs(qd).max() < 1e-3
-
-
-@pytest.mark.parametrize('side', ['right', 'left'])
 def test_bias_is_an_offset_of_the_measured_effort_alone(side):
     bias = np.array([0.5, -0.4, 0.3, -0.2, 0.1, 0.05, -0.02])
     biased, plain = (run(with_truth('circle', **truth), 0.5, side)
                      for truth in ({'bias': bias}, {}))
     np.testing.assert_array_equal(biased[:2], plain[:2])
     np.testing.assert_allclose(biased[2] - plain[2], np.tile(bias, (50, 1)), atol=1e-9)
-
-
-def test_stiffness_of_cables_shows_at_rest():
-    stiffness = np.array([2.0, -1.5, 1.0, 0.8, 0.4, -0.3, 0.2])
-    q, qd, effort = run(with_truth(stiffness=stiffness), 0.3)
-    np.testing.assert_allclose(effort[-1] - BaxterArm().gravity(q[-1]), stiffness * q[-1],
-                               atol=0.02)
-    assert np.abs(qd).max() < 1e-3
 
 
 @pytest.mark.parametrize('term', ['added_inertia', 'viscous'])
@@ -266,11 +220,9 @@ def test_dahls_friction_is_a_loop_of_twice_its_height_that_turns_within_its_leng
         assert friction[there] == pytest.approx(expected, abs=0.06)
 
 
-def test_what_no_arm_can_have_is_a_clear_error():
+def test_refuses_impossible_arguments():
     with pytest.raises(ArgumentError, match='truth.added_inertia: expected no negative value'):
         with_truth(added_inertia=one(3, -0.1))
-    with pytest.raises(ArgumentError, match='truth: replaces spring and friction'):
-        FakeBaxter(truth=EffortModel(), friction=False)
     with pytest.raises(ArgumentError, match='gravity: expected shape'):
         FakeBaxter(gravity=(0.0, -9.81))
     with pytest.raises(ArgumentError, match='trajectory: expected one of circle, switch'):

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.model.effort import EffortModel  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.plant import TORQUE_LIMIT  # noqa: E402
+from baxter_dynamics_ros.simulation.plant import default_truth, TORQUE_LIMIT  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import (  # noqa: E402
     COMMAND_TIMEOUT, FakeBaxter, JOINT_STATE_NAMES)
 
@@ -20,7 +20,7 @@ ORDER = [JOINT_STATE_NAMES.index(name) for name in joint_names('right')]
 @pytest.fixture
 def robot():
     """Return a fake Baxter at rest, with springs and without friction or noise."""
-    return FakeBaxter(trajectory='hold', friction=False, noise=False)
+    return FakeBaxter(trajectory='hold', noise=False, truth=default_truth(friction=False))
 
 
 def live(robot, seconds, command=None):
@@ -84,15 +84,6 @@ def test_does_not_take_the_trajectory_up_again():
     q, _, _ = live(robot, 2.0)
     assert np.ptp(q[-1000:], axis=0).max() < 0.02
     np.testing.assert_allclose(q[-1], q[200], atol=0.05)
-
-
-def test_commands_may_begin_anew():
-    robot = FakeBaxter(trajectory='hold', noise=False)
-    robot.command(np.zeros(7))
-    live(robot, 1.5)
-    q, _, effort = live(robot, 0.3, robot.plant.static_torque())
-    assert np.abs(q - q[0]).max() < 2e-3
-    assert np.ptp(effort, axis=0).max() == 0.0
 
 
 @pytest.mark.parametrize('torque, problem', [

@@ -3,7 +3,6 @@
 from baxter_dynamics_ros import BaxterArm, Payload
 from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT
 from baxter_dynamics_ros.simulation import poses
-from baxter_dynamics_ros.simulation.trajectories import MIRROR
 import numpy as np
 import pytest
 from tools.excitation_search import clearance
@@ -52,18 +51,6 @@ def test_keeps_clear_of_the_robot_and_within_its_limits(path):
     assert np.abs(np.diff(acceleration, axis=0)).max() < 1.0  # no jump
 
 
-@pytest.mark.parametrize('side', ['right', 'left'])
-def test_reference_follows_and_is_mirrored(side, path):
-    reference = poses.Poses(side)
-    mirror = MIRROR if side == 'left' else np.ones(7)
-    np.testing.assert_array_equal(reference.q, mirror * path[0])
-    for n in range(1, 301):
-        before = reference.q
-        reference.advance(PERIOD)
-        np.testing.assert_allclose(reference.qd, (reference.q - before) / PERIOD, atol=1e-12)
-    np.testing.assert_allclose(reference.q, mirror * path[300], atol=1e-9)
-
-
 def test_postures_tell_mass_and_centre_of_mass_of_a_payload_apart():
     empty = BaxterArm()
     columns = [BaxterArm(payload=Payload(1.0, at)).gravity(poses.POSTURES)
@@ -74,10 +61,3 @@ def test_postures_tell_mass_and_centre_of_mass_of_a_payload_apart():
     sd = np.sqrt(np.diag(np.linalg.inv(a.T @ a)))
     assert sd[0] < 0.15  # kg
     assert sd[1:].max() < 0.05  # kg m
-
-
-def test_still_stays():
-    still = poses.HoldPosition(poses.POSTURES[0])
-    still.advance(1.0)
-    np.testing.assert_array_equal(still.q, poses.POSTURES[0])
-    np.testing.assert_array_equal(still.qd, np.zeros(7))
