@@ -1,4 +1,4 @@
-"""The commands as processes and as a whole: interrupted, misused, and the paper's experiment."""
+"""The commands as processes: interrupted, misused, without extras; the paper's experiment."""
 
 import json
 import os
@@ -51,27 +51,41 @@ def wait_until_open(process, file):
     pytest.fail(f'{file} is not read: {process.communicate()}')
 
 
-@pytest.mark.parametrize('arguments', [
-    ('evaluate', 'run', '--output', 'report', '--save-bag', 'new'),
-    ('evaluate', 'run'),
-    ('calibrate', 'run'),
-], ids=' '.join)
-def test_an_interrupted_command_leaves_nothing_and_says_nothing(
-        start, make_bag, moving_arm, tmp_path, arguments):
+@pytest.mark.parametrize('arguments, by, code', [
+    (('evaluate', 'run', '--output', 'report', '--save-bag', 'new'), signal.SIGINT, 130),
+    (('calibrate', 'run'), signal.SIGTERM, 143),
+], ids=['evaluate', 'calibrate'])
+def test_an_interrupted_command_leaves_nothing_and_prints_nothing(
+        start, make_bag, moving_arm, tmp_path, arguments, by, code):
     bag = make_bag(moving_arm(8000))  # takes seconds to read
     process = start(*arguments)
     wait_until_open(process, bag / 'run.mcap')
-    time.sleep(0.3)  # in the midst of it
+    time.sleep(0.3)  # while it reads
     assert process.poll() is None
-    process.send_signal(signal.SIGINT)
+    process.send_signal(by)
     out, err = process.communicate(timeout=ENDED)
-    assert (process.returncode, out, err) == (130, '', '')
+    assert (process.returncode, out, err) == (code, '', '')
     assert [path.name for path in tmp_path.iterdir()] == ['run']
 
 
-def test_a_process_says_on_stderr_what_is_wrong_and_nothing_else(
-        start, make_bag, moving_arm, tmp_path):
-    """Also no warning of a library; and a name that is no text can be printed."""
+def test_help_needs_no_extra(tmp_path):
+    libraries = ('jinja2', 'matplotlib', 'mcap', 'mujoco', 'pinocchio', 'rclpy', 'rich', 'rosbags',
+                 'scipy', 'viser', 'yaml')
+    code = (f'import sys; sys.modules.update(dict.fromkeys({libraries}))\n'
+            'from baxter_dynamics_ros.cli.main import main, VERBS\n'
+            'for verb in VERBS:\n'
+            '    try:\n        main([verb, "--help"])\n'
+            '    except SystemExit as end:\n        assert not end.code\n'
+            'sys.exit(main(["watch"]))')
+    done = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, capture_output=True,
+                          text=True, timeout=60)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith('baxter_dynamics watch: ') and 'pip install ".[demo]"' in line
+
+
+def test_a_process_prints_only_its_error_on_stderr(start, make_bag, moving_arm, tmp_path):
+    """No warning of a library, and names that are not valid text are escaped."""
     bag = make_bag(moving_arm(60)).rename(tmp_path / 'caf\udce9')
     processes = {
         0: start('evaluate', bag, '--output', 'r\udce9', PYTHONIOENCODING='utf-8:strict'),

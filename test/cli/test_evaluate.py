@@ -1,4 +1,4 @@
-"""baxter_dynamics evaluate as users run it: report, numbers, a new bag, and what is refused."""
+"""The command evaluate: report, numbers, a new bag, and what is refused."""
 
 import csv
 import json
@@ -179,7 +179,7 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
      '/robot/joint_states'),
     (['run', '--save-bag', 'new'], '--save-bag: expected one recording, got 2'),
 ], ids=lambda value: ' '.join(value) if isinstance(value, list) else '')
-def test_what_is_refused_is_one_line_and_nothing_is_written(
+def test_a_refusal_is_one_line_and_writes_nothing(
         refused, make_bag, moving_arm, tmp_path, options, line):
     make_bag(moving_arm(30))
     (tmp_path / 'file').write_text('mine')
@@ -192,9 +192,10 @@ def test_a_folder_that_cannot_be_written_is_refused_before_work_begins(
     make_bag(moving_arm(30))
     folder = tmp_path / 'locked'
     folder.mkdir()
-    for output in ('locked', 'locked/below'):
+    for arguments in (('evaluate', 'run', '--output', 'locked/below'),
+                      ('calibrate', 'run', '--output', 'locked/robot.yaml')):
         with closed(folder, 0o555):
-            assert refused('evaluate', 'run', '--output', output) == (
+            assert refused(*arguments) == (
                 f'--output: {folder} cannot be written (Permission denied)')
 
 

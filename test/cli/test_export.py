@@ -1,4 +1,4 @@
-"""The export command: what it writes where, what it refuses, and the table that it prints."""
+"""The command export: its files, its refusals, and the table of base parameters."""
 
 import os
 import subprocess
@@ -101,7 +101,7 @@ def test_no_command_ends_a_comment(command, here):
     (('python', '-o', 'theirs.py'), 'theirs.py exists and was not written by an export'),
     (('c', '-o', 'theirs'), 'theirs/example.c exists and was not written by an export'),
 ], ids=lambda value: ' '.join(value) if isinstance(value, tuple) else '')
-def test_what_is_refused(refused, here, arguments, problem):
+def test_refuses(refused, here, arguments, problem):
     (here / 'theirs').mkdir()
     for file in ('theirs.txt', 'theirs.py', 'theirs/example.c'):
         (here / file).write_text('/* baxter_dynamics export */')
