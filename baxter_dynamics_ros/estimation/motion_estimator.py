@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from .butterworth import ButterworthDerivative
 from .delay_line import DelayLine
+from .settings import MATCHED, PredictorSettings
 from .slope import PositionSlope
 from ..model.arrays import Array
 
@@ -15,7 +16,7 @@ class AcceleratedMotion(NamedTuple):
     q: Array  # [rad]
     qd: Array  # [rad/s]
     qdd: Array  # [rad/s^2]
-    effort: 'Array | None'  # measured [N m]
+    effort: 'Array | None'  # measured [N m]; None if missing or its filter settles
 
 
 class MotionEstimate(NamedTuple):
@@ -33,19 +34,16 @@ class MotionEstimator:
     """
     Estimates the acceleration and aligns all signals to one instant.
 
-    The robot's velocity lags position and effort by ``velocity_lag`` (14 ms measured), and the
-    filter adds its own delay (45 ms at 5 Hz). One buffer of position and effort is read at both
-    delays. Without ``align`` the newest position, velocity and effort are combined with the
-    delayed acceleration.
+    Measured velocity lags position and effort, and the filter that differentiates it adds its own
+    delay. One buffer of position and effort is read at both delays. With the effort band
+    'matched', effort passes through the same filter as velocity, at the same instant: both sides
+    of the residual then have one band. It settles again after effort was missing. Without
+    ``align`` the newest position, velocity and effort are combined with the delayed acceleration.
 
     Parameters
     ----------
-    cutoff : float
-        Cut-off frequency of the derivative [Hz].
-    velocity_lag : float
-        Lag of the measured velocity behind position and effort [s].
-    align : bool
-        Whether to align in time.
+    settings : PredictorSettings
+        Settings ``acceleration``, ``align`` and ``effort_band``.
 
     Attributes
     ----------
@@ -60,25 +58,27 @@ class MotionEstimator:
 
     """
 
-    def __init__(self, cutoff: float, velocity_lag: float, align: bool) -> None:
+    def __init__(self, settings: PredictorSettings) -> None:
         self._slope = PositionSlope()
         self._history = DelayLine()
         self._t: float | None = None  # time of the newest sample since the last reset [s]
-        self.configure(cutoff, velocity_lag, align)
+        self.configure(settings)
 
-    def configure(self, cutoff: float, velocity_lag: float, align: bool) -> None:
-        """Change the filter, which settles again; the buffered samples stay."""
-        self.cutoff = cutoff
-        self.velocity_lag = velocity_lag
-        self._align = align
-        self._filter = ButterworthDerivative(cutoff)
-        self._start: float | None = None  # time at which the filter was started [s]
-        self.delay = velocity_lag + self._filter.delay if align else 0.0
-        self.settling_time = max(self._filter.settling_time, self.delay)
+    def configure(self, settings: PredictorSettings) -> None:
+        """Change the filters, which settle again; the buffered samples stay."""
+        self.cutoff = settings.acceleration.cutoff
+        self.velocity_lag = settings.acceleration.velocity_lag
+        self._align = settings.align
+        self._is_matched = settings.align and settings.effort_band == MATCHED
+        self._velocity = _SettlingFilter(self.cutoff)
+        self._effort = _SettlingFilter(self.cutoff)
+        self._filter_delay = self._velocity.delay
+        self.delay = self.velocity_lag + self._filter_delay if self._align else 0.0
+        self.settling_time = max(self._velocity.settling_time, self.delay)
 
     def reset(self) -> None:
         """Forget the stream."""
-        self._t = self._start = None
+        self._t = self._velocity.start = self._effort.start = None
         self._slope.reset()
         self._history.reset()
 
@@ -102,25 +102,48 @@ class MotionEstimator:
         if qd is None:
             qd = self._slope.update(t, q)
             lag = self._slope.lag
-        if self._start is None:
-            self._start = t
-            self._filter.reset(qd)
-        else:
-            self._filter.update(qd, dt)
         self._history.append(t, q, effort)
-        settled = dt > 0.0 and t - self._start >= self.settling_time
-        then = self._history.at(t - lag) or (None, None)
-        return MotionEstimate(
-            t - lag, lag, then[0], qd, then[1],
-            self._accelerated(t, lag, q, qd, effort) if settled else None)
+        self._velocity.add(t, dt, qd)
+        then = self._history.at(max(t - lag, 0.0)) or (None, None)
+        if self._is_matched:
+            self._effort.add(t, dt, then[1])
+        if t < lag:
+            then = None, None
+        settled = dt > 0.0 and self._velocity.runs_for(t, self.settling_time)
+        return MotionEstimate(t - lag, lag, then[0], qd, then[1],
+                              self._accelerated(t, lag, q, qd, effort) if settled else None)
 
     def _accelerated(self, t: float, lag: float, q: Array, qd: Array,
                      effort: Array | None) -> AcceleratedMotion | None:
         if not self._align:
-            return AcceleratedMotion(0.0, q, qd, self._filter.derivative, effort)
-        delay = lag + self._filter.delay
+            return AcceleratedMotion(0.0, q, qd, self._velocity.derivative, effort)
+        delay = lag + self._filter_delay
         then = self._history.at(t - delay)
         if then is None:
             return None
+        measured = then[1]
+        if self._is_matched:
+            settled = self._effort.runs_for(t, self.settling_time)
+            measured = self._effort.value if settled else None
         return AcceleratedMotion(
-            delay, then[0], self._filter.value, self._filter.derivative, then[1])
+            delay, then[0], self._velocity.value, self._velocity.derivative, measured)
+
+
+class _SettlingFilter(ButterworthDerivative):
+    """Filter that starts with the first value and again after a missing one."""
+
+    start: float | None = None  # time at which it was started [s]
+
+    def add(self, t: float, dt: float, u: Array | None) -> None:
+        """Process the value at t [s], dt [s] after the last one."""
+        if u is None:
+            self.start = None
+        elif self.start is None:
+            self.start = t
+            self.reset(u)
+        else:
+            self.update(u, dt)
+
+    def runs_for(self, t: float, duration: float) -> bool:
+        """Return whether it has run for a duration [s]."""
+        return self.start is not None and t - self.start >= duration

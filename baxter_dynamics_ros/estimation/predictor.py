@@ -23,7 +23,7 @@ class Estimate(NamedTuple):
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
     qdd: Array  # acceleration [rad/s^2]
-    measured: 'Array | None'  # effort [N m]
+    measured: 'Array | None'  # effort in the band of the acceleration, or raw [N m]
     presliding: Array  # Dahl's state [-]
 
 
@@ -102,7 +102,7 @@ class Predictor:
         self.stream = Stream(settings.arm, settings.stamps, settings.joint_prefix)
         self.counts = self.stream.counts
         self.model = settings.model
-        self.estimator = MotionEstimator(align=settings.align, **vars(settings.acceleration))
+        self.estimator = MotionEstimator(settings)
         self.external = ExternalEffort(settings) if external else None
         self._presliding = Presliding(self.model.effort_model.dahl_length)
 
@@ -115,8 +115,8 @@ class Predictor:
 
         if changed('method', 'effort_model', 'gravity', 'base', 'payload', 'links'):
             self._change_model(settings.model)
-        if changed('align', 'acceleration'):
-            self.estimator.configure(align=settings.align, **vars(settings.acceleration))
+        if changed('align', 'acceleration', 'effort_band'):
+            self.estimator.configure(settings)
         if changed('stamps'):
             self.stream.reset(settings.stamps)
         if self.external is not None and changed('external_effort', 'contact'):

@@ -27,6 +27,7 @@ from ..model.tilt import gravity_in_base
 from ..model.validation import finite, number
 
 METHODS = ('lagrange_euler', 'newton_euler')
+MATCHED = 'matched'  # effort band
 _ZEROS = (0.0,) * N_JOINTS
 
 Floats = tuple[float, ...]
@@ -260,6 +261,10 @@ class PredictorSettings(Group):
     align: bool = _setting(
         True, 'Delay position, velocity and effort to the instant of the filtered acceleration. '
         'If false, the newest values are combined with the delayed acceleration.')
+    effort_band: str = _setting(
+        MATCHED, 'Measured effort in the residual. matched: passed through the filter that '
+        'differentiates velocity, so that measured and predicted effort have the same band. raw: '
+        'as measured.', choices=(MATCHED, 'raw'))
     effort_model: EffortModelSettings = EffortModelSettings()
     external_effort: ExternalEffortSettings = ExternalEffortSettings()
     contact: ContactSettings = ContactSettings()

@@ -51,7 +51,7 @@ def test_agrees_with_the_momentum_of_an_independent_engine(engine, pin):
     momentum = np.einsum('nij,nj->ni', mass, qd)
     rate = (reference.inverse_dynamics(q, qd, qdd) - PUSH
             + np.einsum('nji,nj->ni', coriolis, qd) - reference.gravity(q))
-    observer = MomentumObserver()
+    observer = MomentumObserver(GAIN)
     expected = np.array([observer.update(0.01, *row) for row in zip(momentum, rate)])
     np.testing.assert_allclose(observe(0.01, 0.99, arm=arm), expected, atol=1e-9)
 
@@ -86,7 +86,7 @@ def test_is_stable_whatever_the_step():
 
 
 def test_a_dt_of_zero_is_harmless():
-    with_, without = MomentumObserver(), MomentumObserver()
+    with_, without = MomentumObserver(GAIN), MomentumObserver(GAIN)
     for k in range(20):
         momentum, rate = 0.1 * k * PUSH, np.cos(k) * PUSH
         r = with_.update(0.01, momentum, rate)
@@ -95,7 +95,7 @@ def test_a_dt_of_zero_is_harmless():
 
 
 def test_estimates_that_were_handed_out_do_not_change():
-    observer = MomentumObserver()
+    observer = MomentumObserver(GAIN)
     observer.update(0.0, ZERO, ZERO)
     r = observer.update(0.01, ZERO, -PUSH)
     before = r.copy()
@@ -105,7 +105,7 @@ def test_estimates_that_were_handed_out_do_not_change():
 
 
 def test_reset_forgets():
-    observer = MomentumObserver()
+    observer = MomentumObserver(GAIN)
     for _ in range(10):
         observer.update(0.01, PUSH, -PUSH)
     observer.reset()
@@ -115,7 +115,7 @@ def test_reset_forgets():
 def test_a_change_of_the_model_in_motion_does_not_show_as_a_push():
     before, after, period = BaxterArm(), BaxterArm(payload=Payload(2.0)), 1e-3
     q, qd, qdd = motion(period * np.arange(1000))
-    observer, r = MomentumObserver(), []
+    observer, r = MomentumObserver(GAIN), []
     for k, row in enumerate(zip(q, qd, qdd)):
         arm = before if k < 500 else after
         if k == 500:
@@ -130,7 +130,7 @@ def test_a_change_of_the_model_in_motion_does_not_show_as_a_push():
 
 
 def test_a_change_of_the_model_before_the_first_sample_is_nothing():
-    observer = MomentumObserver()
+    observer = MomentumObserver(GAIN)
     observer.rebase(PUSH, PUSH)
     np.testing.assert_array_equal(observer.update(0.01, PUSH, ZERO), ZERO)
     np.testing.assert_array_equal(observer.update(0.01, PUSH, ZERO), ZERO)

@@ -5,6 +5,7 @@ from functools import lru_cache
 from arrivals import increases, JITTER, made, PATTERNS, run
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 from baxter_dynamics_ros.estimation.retiming import Retiming
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.sensors import Sensors
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def acceleration_error(rate, stamps, since):
     """Return the RMS error [rad/s^2] of the accelerations with these stamps [s], NaN for none."""
     t, q, qd = sensed(rate)
     given = np.flatnonzero(np.isfinite(stamps))
-    estimator = MotionEstimator(5.0, 0.014, align=True)
+    estimator = MotionEstimator(PredictorSettings())
     errors = []
     truth = motion(t - estimator.delay, 2)
     for i, dt in zip(given, np.diff(stamps[given], prepend=stamps[given[0]])):

@@ -2,7 +2,6 @@
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.recordings.bands import INTERVALS, RunningBands
 from baxter_dynamics_ros.recordings.playback import play
