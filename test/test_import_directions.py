@@ -29,7 +29,7 @@ MAY_IMPORT = {
     'cli': 'model files estimation simulation recordings calibration report export nodes ros1',
 }
 # ... and in functions only, so that the import waits until it is needed.
-MAY_IMPORT_LATE = {'estimation': 'newton_euler', 'nodes': 'simulation'}
+MAY_IMPORT_LATE = {'estimation': 'newton_euler', 'nodes': 'simulation calibration recordings'}
 # Library -> the parts that may import it.
 CONFINED = {
     'pinocchio': 'newton_euler', 'mujoco': 'simulation', 'rosbags': 'recordings',

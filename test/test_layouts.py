@@ -49,4 +49,6 @@ def test_rviz_shows_the_predicted_effort_in_the_frame_of_the_base():
         'Visualization Manager']
     effort, = (display for display in manager['Displays'] if 'Effort' in display['Class'])
     assert effort['Topic']['Value'] == NODE + topics.PREDICTED_EFFORT
+    wrench, = (display for display in manager['Displays'] if 'Wrench' in display['Class'])
+    assert wrench['Topic']['Value'] == NODE + topics.EXTERNAL_WRENCH
     assert manager['Global Options']['Fixed Frame'] == 'base'

@@ -249,6 +249,10 @@ class PredictorSettings(Group):
         'right arm is robot_1/right_s0.', read_only=True)
     frame_id: str = _setting(
         BASE_FRAME, 'Frame of the published messages: the base of the robot.', read_only=True)
+    wrench_frame: str = _setting(
+        'hand', 'Axes and frame of the published wrench: hand (right_hand or left_hand) or base '
+        '(frame_id). The torque is about the origin of the hand frame in both.',
+        choices=('hand', 'base'), read_only=True)
     method: str = _setting(
         'lagrange_euler', 'Inverse dynamics: lagrange_euler is the closed form, newton_euler the '
         'recursive method of Pinocchio.', choices=METHODS)

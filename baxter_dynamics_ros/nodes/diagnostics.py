@@ -44,6 +44,7 @@ class PredictorDiagnostics:
     recent: RecentSteps
     statistics: PeriodStatistics
     loss: MessageLoss
+    explanation: str = ''  # of the residual
 
     def report(self, period: float) -> dict[str, Status]:
         """Return all statuses, given the time since the last report [s]."""
@@ -163,8 +164,9 @@ class PredictorDiagnostics:
             STALE if self._is_stale else OK,
             'RMS of measured minus predicted effort' if rms is not None else
             'no residual in the last second: see the statuses filter and effort',
-            {f'{joint} RMS [N m]': 'none' if rms is None else f'{rms[i]:.3f}'
-             for i, joint in enumerate(JOINTS)})
+            {'explanation': self.explanation,
+             **{f'{joint} RMS [N m]': 'none' if rms is None else f'{rms[i]:.3f}'
+                for i, joint in enumerate(JOINTS)}})
 
     def _external(self) -> Status:
         external = cast(ExternalEffort, self.predictor.external)

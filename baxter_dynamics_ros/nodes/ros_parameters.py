@@ -34,7 +34,7 @@ class ParameterNode(Node):
     Attributes
     ----------
     values : dict
-        Parameter name to current value.
+        Parameter name to current value; lists are tuples.
 
     """
 
@@ -142,8 +142,9 @@ class ParameterNode(Node):
         self.apply(self._accepted)
 
     def _changed(self, changes: list[Parameter]) -> dict[str, Any]:
-        return {**self.values, **{parameter.name: parameter.value for parameter in changes
-                                  if parameter.name in self.values}}
+        return {**self.values, **{
+            parameter.name: self._settings[parameter.name].check(parameter.value)
+            for parameter in changes if parameter.name in self._settings}}
 
     def _no_such(self, name: str) -> str:
         meant = get_close_matches(name, self.list_parameters([], 0).names, 1, 0.75)
@@ -161,8 +162,7 @@ def _declare(node: Node, setting: Setting) -> Any:
         value = given  # rejected by the check below, which names range and unit
     if value is None:  # an empty list, too
         raise _wrong_type(setting, 'nothing')
-    setting.check(value)
-    return value
+    return setting.check(value)
 
 
 def _wrong_type(setting: Setting, value: Any) -> ArgumentError:

@@ -8,12 +8,16 @@ DIAGNOSTICS = '/diagnostics'
 # Names below the node's name.
 PREDICTED_EFFORT = 'predicted_effort'
 EFFORT_RESIDUAL = 'effort_residual'
+RESIDUAL_DEVIATION = 'residual_deviation'
 EXTERNAL_EFFORT = 'external_effort'
 EXTERNAL_WRENCH = 'external_wrench'
 CONTACT = 'contact'
 GRAVITY_TORQUES = 'gravity_torques'
 INVERSE_DYNAMICS = 'inverse_dynamics'
+PAYLOAD_ESTIMATE = 'payload_estimate'
 RESET = 'reset'
+ZERO = 'zero'
+CALIBRATE = 'calibrate'
 
 # Below the fake Baxter, so that a real robot never receives its commands.
 JOINT_TORQUE_COMMAND = 'joint_torque_command'

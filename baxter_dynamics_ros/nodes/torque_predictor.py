@@ -9,7 +9,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from . import topics
-from .diagnostic_updater import DiagnosticUpdater
+from .calibrate import CalibrateAction
+from .diagnostic_updater import DiagnosticUpdater, Status
 from .diagnostics import PredictorDiagnostics
 from .message_loss import MessageLoss
 from .messages import from_field, stamp_ns
@@ -19,6 +20,8 @@ from .publishers import ResultPublishers
 from .rclpy_internals import take_waiting
 from .ros_parameters import ParameterNode
 from .services import DynamicsServices, RecentSteps
+from .zero import ZeroService
+from ..estimation.explanation import ResidualExplainer
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings, SETTINGS
 
@@ -36,17 +39,22 @@ class TorquePredictor(ParameterNode):
         self._statistics = PeriodStatistics()
         self._loss = MessageLoss()
         self._results = ResultPublishers(
-            self, self._predictor, self._statistics, settings.frame_id)
+            self, self._predictor, self._statistics, settings)
         self.create_service(Trigger, f'~/{topics.RESET}', self._on_reset)
-        self._offer_dynamics()
+        self._zero = ZeroService(self, self._predictor, self._recent)
+        self._calibrate: CalibrateAction | None = None
+        self._offer_own_types()
         self._subscription = self.create_subscription(
             JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,
             event_callbacks=SubscriptionEventCallbacks(
                 matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
-        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', PredictorDiagnostics(
-            self, topic, self._predictor, self._recent, self._statistics, self._loss).report)
+        model = self._predictor.model
+        self._explainer = ResidualExplainer(model.arm, model.effort_model)
+        self._diagnostics = PredictorDiagnostics(
+            self, topic, self._predictor, self._recent, self._statistics, self._loss)
+        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', self._report)
         self.accept_changes()
         self.get_logger().info(
             f'predicting {selector.names[0]} ... {selector.names[-1]} from {topic}, '
@@ -62,6 +70,13 @@ class TorquePredictor(ParameterNode):
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""
         self._predictor.configure(built)
+        self._explainer.configure(built.model.arm, built.model.effort_model)
+
+    def destroy_node(self) -> None:
+        """End a fit that is running, then destroy the node."""
+        if self._calibrate is not None:
+            self._calibrate.destroy()
+        super().destroy_node()
 
     def _on_joint_state(self, message: JointState, info: dict[str, Any]) -> None:
         """Process a joint state and those queued behind it."""
@@ -81,26 +96,43 @@ class TorquePredictor(ParameterNode):
         self._recent.add(step)
         self._statistics.add(step)
         self._results.publish(step)
+        self._zero.add(step)
+        if step.prediction is not None:
+            self._explainer.add(step.prediction, step.external and step.external.contact)
+        if self._calibrate is not None:
+            self._calibrate.add(message, received_ns, step)
+
+    def _report(self, period: float) -> dict[str, Status]:
+        """Explain the residual, and return the diagnostic statuses."""
+        explained = self._explainer.explain()
+        predicted = self._recent.predicted
+        if explained.payload is not None and predicted is not None and predicted.prediction:
+            self._results.publish_payload(explained.payload, predicted.prediction.stamp_ns)
+        self._diagnostics.explanation = explained.sentence.text
+        return self._diagnostics.report(period)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         retimed = self._predictor.stream.clock.retimed
         self._predictor.reset()
         self._recent.predicted = None
+        self._explainer.reset()
         response.success = True
         response.message = ('filter and contact detector are reset; predictions resume after '
                             f'{self._predictor.estimator.settling_time:.2f} s'
                             + ', once the period of the messages is known' * retimed)
         return response
 
-    def _offer_dynamics(self) -> None:
+    def _offer_own_types(self) -> None:
         try:
+            from baxter_dynamics_interfaces.action import Calibrate
             from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
         except ImportError:
             self.get_logger().warning(
-                'services gravity_torques and inverse_dynamics are not offered: the package '
-                'baxter_dynamics_interfaces is not installed. Build it with colcon or run '
-                '`pip install ./baxter_dynamics_interfaces`')
+                'services gravity_torques and inverse_dynamics and the action calibrate are not '
+                'offered: the package baxter_dynamics_interfaces is not installed. Build it with '
+                'colcon or run `pip install ./baxter_dynamics_interfaces`')
             return
+        self._calibrate = CalibrateAction(self, self._predictor, self._recent, Calibrate)
         services = DynamicsServices(self._predictor, self._recent)
         self.create_service(
             GravityTorques, f'~/{topics.GRAVITY_TORQUES}', services.gravity_torques)

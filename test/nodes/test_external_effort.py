@@ -31,7 +31,7 @@ def push(robot, start):
 
 
 def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(robot, push, start_predictor):
-    start_predictor()
+    start_predictor('-p', 'wrench_frame:=base')
     external = robot.listen(JointState, '/torque_predictor/external_effort')
     wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
     contacts = robot.listen(Bool, '/torque_predictor/contact')

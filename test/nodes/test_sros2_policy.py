@@ -1,4 +1,4 @@
-"""The SROS2 policy allows what the running nodes do, all of it and nothing else."""
+"""The SROS2 policy allows everything that the running nodes do, and nothing else."""
 
 from pathlib import Path
 from xml.etree import ElementTree
@@ -7,10 +7,15 @@ import pytest
 
 POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'
 CHILDREN = {'policy': {'enclaves'}, 'enclaves': {'enclave'}, 'enclave': {'profiles'},
-            'profiles': {'profile'}, 'profile': {'topics', 'services'}, 'topics': {'topic'},
-            'services': {'service'}, 'topic': set(), 'service': set()}
+            'profiles': {'profile'}, 'profile': {'topics', 'services', 'actions'},
+            'topics': {'topic'}, 'services': {'service'}, 'actions': {'action'},
+            'topic': set(), 'service': set(), 'action': set()}
 ATTRIBUTES = {'policy': {'version'}, 'enclave': {'path'}, 'profile': {'ns', 'node'}}
-PERMISSIONS = {'topics': ('publish', 'subscribe'), 'services': ('reply', 'request')}
+PERMISSIONS = {'topics': ('publish', 'subscribe'), 'services': ('reply', 'request'),
+               'actions': ('execute', 'call')}
+# Topics and services of an action: for the permission of its server, and of its client.
+ACTION_TOPICS = ('feedback', 'status')
+ACTION_SERVICES = ('cancel_goal', 'get_result', 'send_goal')
 # Ways to run each node; what one way needs another may not.
 RUNS = {'torque_predictor': (('arm:=right', 'use_sim_time:=false'),
                              ('arm:=left', 'use_sim_time:=true')),
@@ -34,6 +39,11 @@ def allowed(policy):
         for block in profile.findall('*'):
             for kind in block.attrib:
                 names[kind] += [each.text.replace('~', own, 1) for each in block.findall('*')]
+        for role, topic, service in (('execute', 'publish', 'reply'),
+                                     ('call', 'subscribe', 'request')):
+            for action in names.pop(role):
+                names[topic] += [f'{action}/_action/{each}' for each in ACTION_TOPICS]
+                names[service] += [f'{action}/_action/{each}' for each in ACTION_SERVICES]
         assert all(len(each) == len(set(each)) for each in names.values())
         return {kind: set(each) for kind, each in names.items()}
     return allowed_
@@ -48,7 +58,7 @@ def used(robot, name, namespace):
                               ('request', robot.get_client_names_and_types_by_node))}
 
 
-def test_is_of_the_format_that_sros2_reads(policy):
+def test_has_the_format_of_sros2(policy):
     assert policy.attrib == {'version': '0.2.0'}
     for element in policy.iter():
         if element.tag is ElementTree.Comment:
@@ -62,14 +72,14 @@ def test_is_of_the_format_that_sros2_reads(policy):
             assert element.get(permission) == 'ALLOW'
         else:
             assert set(element.attrib) == ATTRIBUTES.get(element.tag, set())
-        if element.tag in ('topic', 'service'):
+        if element.tag in ('topic', 'service', 'action'):
             assert element.text.startswith(('/', '~/')) and element.text == element.text.strip()
     # `ros2 security generate_artifacts` takes a comment there for an enclave.
     assert ElementTree.Comment not in [child.tag for child in policy.find('enclaves')]
 
 
 @pytest.mark.parametrize('executable', RUNS)
-def test_allows_what_the_node_does_and_nothing_else(robot, start, allowed, executable):
+def test_allows_exactly_what_the_node_does(robot, start, allowed, executable):
     if executable == 'fake_baxter':
         pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
     else:
@@ -92,7 +102,7 @@ def test_allows_what_the_node_does_and_nothing_else(robot, start, allowed, execu
     assert everything == allowed(executable)
 
 
-def test_an_operator_may_hear_and_ask_all_of_the_predictor_and_command_no_robot(allowed):
+def test_an_operator_may_use_the_whole_predictor_and_command_no_robot(allowed):
     operator, predictor = allowed('operator'), allowed('torque_predictor')
     common = {'/parameter_events', '/rosout'}
     assert operator['subscribe'] == predictor['publish'] - common

@@ -1,0 +1,223 @@
+"""Action calibrate: fits the effort model to the joint states that arrive meanwhile."""
+
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import subprocess
+from tempfile import TemporaryDirectory
+import time
+from typing import Any, NamedTuple, TYPE_CHECKING
+
+import numpy as np
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+
+from . import topics
+from .messages import from_field, stamp_ns
+from .ros_parameters import ParameterNode
+from .services import MAX_AGE, RecentSteps
+from .waiting import pause, RefusedError
+from ..estimation.continuity import GAP
+from ..estimation.events import Event
+from ..estimation.predictor import Predictor, Step
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array
+from ..model.joints import N_JOINTS
+
+if TYPE_CHECKING:
+    from ..calibration.process import Result
+
+SHORTEST, LONGEST = 10.0, 600.0  # recording time [s]
+_CHECK_PERIOD = 0.2  # [s]
+_FEEDBACK_PERIOD = 1.0  # [s]
+_MOST_SHOWN = 3000  # maximum number of positions from which progress is computed
+
+
+class _Row(NamedTuple):
+    """Joint state of the arm, fields in joint order; NaN where a field is missing."""
+
+    time: float  # [s] since the first one
+    stamp_ns: int
+    received_ns: int
+    position: Array
+    velocity: Array
+    effort: Array
+
+
+class _CancelledError(Exception):
+    """The goal was cancelled."""
+
+
+class CalibrateAction:
+    """
+    Action server that records joint states, fits the effort model and sets parameters.
+
+    The fit is a process of low priority, so that it does not delay predictions.
+
+    Parameters
+    ----------
+    node : ParameterNode
+        Node that has the parameters.
+    predictor : Predictor
+        Stream handler of the arm.
+    recent : RecentSteps
+        Newest results of the predictor.
+    action : type
+        ``baxter_dynamics_interfaces.action.Calibrate``.
+
+    """
+
+    def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps,
+                 action: type[Any]) -> None:
+        self._node = node
+        self._predictor = predictor
+        self._recent = recent
+        self._action = action
+        self._names = list(predictor.stream.selector.names)
+        self._is_running = self._is_recording = False
+        self._begin()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._group = ReentrantCallbackGroup()
+        self._server = ActionServer(
+            node, action, f'~/{topics.CALIBRATE}', self._execute, callback_group=self._group,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT)
+
+    def _begin(self) -> None:
+        self._rows: list[_Row] = []
+        self._elapsed: float = 0.0  # [s] on the clock of the stamps
+        self._newest_ns: int = 0
+        self._settings = PredictorSettings.from_parameters(self._node.values)
+
+    def add(self, message: JointState, received_ns: int, step: Step) -> None:
+        """Record a joint state while a goal is active."""
+        layout = self._predictor.stream.selector.layout(message.name)
+        if not self._is_recording or isinstance(layout, Event):
+            return
+        if step.state is not None:
+            dt = (step.state.stamp_ns - self._newest_ns) * 1e-9
+            self._elapsed += dt if 0.0 < dt < GAP else 0.0
+            self._newest_ns = step.state.stamp_ns
+        fields = [from_field(field)[layout] if len(field) == len(message.name)
+                  else np.full(N_JOINTS, np.nan)
+                  for field in (message.position, message.velocity, message.effort)]
+        self._rows.append(_Row(self._elapsed, stamp_ns(message.header), received_ns, *fields))
+
+    def destroy(self) -> None:
+        """End the fit and the server."""
+        self._end_process()
+        self._server.destroy()
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        result = self._action.Result(joint_names=self._names)
+        try:
+            if self._is_running:
+                raise RefusedError('another calibration is running')
+            self._refuse(handle.request)
+            self._is_running = True
+            try:
+                await self._record(handle)
+                self._use(await self._fit(handle), handle.request.file, result)
+            finally:
+                self._is_running = self._is_recording = False
+                self._end_process()
+            handle.succeed()
+        except _CancelledError:
+            handle.canceled()
+            result.message = 'cancelled; nothing was changed'
+        except RefusedError as error:
+            handle.abort()
+            result.message = f'nothing was changed: {error}'
+        return result
+
+    def _refuse(self, goal: Any) -> None:
+        """Raise RefusedError if a goal cannot be reached."""
+        if not SHORTEST <= goal.duration <= LONGEST:
+            raise RefusedError(f'duration: expected {SHORTEST:g} to {LONGEST:g} s, got '
+                               f'{goal.duration:g}')
+        for module, package in (('scipy', 'scipy'), ('yaml', 'pyyaml')):
+            if find_spec(module) is None:
+                raise RefusedError(f'calibration needs {package}: pip install {package}')
+        if goal.file and not os.access(Path(goal.file).absolute().parent, os.W_OK):
+            raise RefusedError(f'file: cannot write to the folder of {goal.file}')
+        if not self._node.values['effort_model.enabled']:
+            raise RefusedError('effort_model.enabled is false: nothing can be calibrated')
+
+    async def _record(self, handle: ServerGoalHandle) -> None:
+        """Record joint states for the duration of the goal."""
+        from ..calibration.progress import progress
+        self._begin()
+        self._is_recording = True
+        reported = -np.inf
+        while self._elapsed < handle.request.duration:
+            state = self._recent.accepted and self._recent.accepted.state
+            if state is None or self._recent.age > MAX_AGE:
+                raise RefusedError('no valid joint states arrive: see the status input')
+            if state.effort is None:
+                raise RefusedError('there is no measured effort: see the status effort')
+            if time.monotonic() - reported > _FEEDBACK_PERIOD and self._rows:
+                reported = time.monotonic()
+                shown = self._rows[::len(self._rows) // _MOST_SHOWN + 1]
+                seen = progress(np.array([row.time for row in shown]),
+                                np.array([row.position for row in shown]))
+                handle.publish_feedback(self._action.Feedback(
+                    elapsed=self._elapsed, joint_names=self._names, seen=seen.seen.tolist(),
+                    advice=seen.advice))
+            await self._pause(handle)
+        self._is_recording = False
+
+    async def _fit(self, handle: ServerGoalHandle) -> 'Result':
+        """Return the result of the fit."""
+        from ..calibration.process import COMMAND, ENVIRONMENT, read_result, write_input
+        goal, rows = handle.request, self._rows
+        with TemporaryDirectory(prefix='baxter_calibration_') as folder:
+            given, found, log = (Path(folder) / name for name in ('in.npz', 'out.json', 'log'))
+            write_input(given, self._names, [row.stamp_ns for row in rows],
+                        [row.received_ns for row in rows],
+                        (np.array([row.position for row in rows]),
+                         np.array([row.velocity for row in rows]),
+                         np.array([row.effort for row in rows])),
+                        self._settings, goal.inertial, goal.payload)
+            with open(log, 'w') as output:
+                self._process = subprocess.Popen(
+                    [*COMMAND, str(given), str(found)], stdin=subprocess.DEVNULL, stdout=output,
+                    stderr=output, env={**os.environ, **ENVIRONMENT})
+            while self._process.poll() is None:
+                await self._pause(handle)
+            if not found.exists():
+                raise RefusedError('the fit failed: ' + (
+                    log.read_text().strip().splitlines() or ['no output'])[-1])
+            return read_result(found)
+
+    def _use(self, found: 'Result', file: str, result: Any) -> None:
+        """Set the fitted parameters if they are better, and write the file."""
+        from ..recordings.parameter_file import write_parameters
+        result.rms_before, result.rms_after = found.rms_before, found.rms_after
+        if not found.better:
+            raise RefusedError(found.message)
+        if self._node.values != self._settings.parameters():
+            raise RefusedError('parameters were changed during the calibration')
+        parameters = [Parameter(name, value=value) for name, value in found.values.items()]
+        answer = self._node.set_parameters_atomically(parameters)
+        if not answer.successful:
+            raise RefusedError(answer.reason)
+        result.success = True
+        result.parameters = [parameter.to_parameter_msg() for parameter in parameters]
+        result.message = '; '.join([found.message, *found.notices])
+        if file:
+            write_parameters(file, PredictorSettings.from_parameters(self._node.values),
+                             [result.message])
+            result.file = file
+
+    async def _pause(self, handle: ServerGoalHandle) -> None:
+        await pause(self._node, self._group, _CHECK_PERIOD)
+        if handle.is_cancel_requested:
+            raise _CancelledError
+
+    def _end_process(self) -> None:
+        process, self._process = self._process, None
+        if process is not None and process.poll() is None:
+            process.kill()
+            process.wait()

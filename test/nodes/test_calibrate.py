@@ -1,0 +1,177 @@
+"""Action calibrate, live over DDS: recordings of a real arm are played to the node."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+from action_msgs.msg import GoalStatus
+from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
+from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.nodes.messages import stamp_ns
+import numpy as np
+import pytest
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.action import ActionClient
+from rclpy.parameter import Parameter, parameter_value_to_python
+
+action = pytest.importorskip('baxter_dynamics_interfaces.action',
+                             reason='needs pip install ./baxter_dynamics_interfaces')
+pytest.importorskip('scipy', reason='calibration needs SciPy')
+pytest.importorskip('yaml', reason='parameter files need PyYAML')
+
+SHARED = Path(__file__).resolve().parents[3] / 'shared'
+LEFT = ('-p', 'arm:=left')
+BEGIN = 1_700_000_000_000_000_000  # [ns]
+
+
+@pytest.fixture(scope='module')
+def tracking():
+    """Return a function: rows (q, qd, effort) of a recording of the left arm."""
+    path = SHARED / 'data' / 'baxter_left_arm_tracking.npz'
+    if not path.exists():
+        pytest.skip(f'{path} is missing')
+    with np.load(path) as file:
+        data = {key: file[key] for key in file}
+    order = [tuple(data['joint_names']).index(name) for name in joint_names('left')]
+
+    def rows(recording, begin, end):
+        chosen = np.flatnonzero(data['recording'] == recording)[begin:end]
+        return list(zip(*(data[key][chosen][:, order]
+                          for key in ('position', 'velocity', 'effort'))))
+    return rows
+
+
+@pytest.fixture
+def calibrate(robot):
+    """Return a function that sends a goal; it returns a handle with feedback and result()."""
+    client = ActionClient(robot, action.Calibrate, '/torque_predictor/calibrate')
+
+    def send(**goal):
+        assert client.wait_for_server(15.0)
+        feedback = []
+        sent = client.send_goal_async(action.Calibrate.Goal(**goal),
+                                      feedback_callback=lambda m: feedback.append(m.feedback))
+        robot.until(sent.done)
+        handle = sent.result()
+        assert handle.accepted
+        future = handle.get_result_async()
+
+        def result():
+            robot.until(future.done, 60.0)
+            return future.result().status, future.result().result
+        return SimpleNamespace(feedback=feedback, result=result, done=future.done,
+                               cancel=handle.cancel_goal_async)
+    yield send
+    client.destroy()
+
+
+def parameters(robot):
+    """Return the value of every setting in the running node."""
+    answer = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
+        names=list(DEFAULTS)))
+    return [parameter_value_to_python(value) for value in answer.values]
+
+
+def live_residual(robot, rows, start):
+    """Return the residuals (n, 7) of rows played to the node [N m]."""
+    robot.residual.clear()
+    last = robot.stream(rows, start, 'left', pace=0.003)
+    robot.until(lambda: robot.residual
+                and stamp_ns(robot.residual[-1].header) > last - 60_000_000)
+    return np.array([message.effort for message in robot.residual])
+
+
+@pytest.mark.timeout(180)
+def test_a_recording_calibrates_the_node_for_another(
+        robot, start_predictor, start, calibrate, tracking, tmp_path):
+    process = start_predictor(*LEFT)
+    other = tracking(6, 1000, 1400)
+    before = live_residual(robot, other, BEGIN)
+
+    file = tmp_path / 'left.yaml'
+    robot.stream(tracking(0, 900, 950), start=BEGIN + 20 * 10 ** 9, side='left')
+    goal = calibrate(duration=20.0, file=str(file))
+    robot.stream(tracking(0, 950, 3100), BEGIN + 20_500_000_000, 'left', pace=0.003)
+    status, result = goal.result()
+    print(result.message)
+    assert status == GoalStatus.STATUS_SUCCEEDED and result.success, result.message
+    assert list(result.joint_names) == list(joint_names('left'))
+    assert [each.elapsed for each in goal.feedback] == sorted(
+        each.elapsed for each in goal.feedback)
+    assert goal.feedback[-1].elapsed > 10.0 and goal.feedback[-1].advice
+    assert min(goal.feedback[-1].seen) > 0.0 and max(goal.feedback[-1].seen) <= 1.0
+    assert np.sum(result.rms_after) < 0.8 * np.sum(result.rms_before)
+    assert {parameter.name for parameter in result.parameters} >= {'effort_model.bias'}
+
+    after = live_residual(robot, other, BEGIN + 120 * 10 ** 9)
+    rms = [np.sqrt(np.mean(each ** 2, axis=0)) for each in (before, after)]
+    print('residual RMS of another recording [N m], before and after:', *rms, sep='\n')
+    assert np.sum(rms[1]) < 0.8 * np.sum(rms[0])
+
+    set_now = parameters(robot)
+    process.end()
+    robot.until(lambda: robot.publisher.get_subscription_count() == 0)
+    assert result.file == str(file)
+    start_predictor('--params-file', str(file))
+    for value, wanted in zip(parameters(robot), set_now):
+        np.testing.assert_array_equal(value, wanted) if isinstance(wanted, str) else (
+            np.testing.assert_allclose(value, wanted, rtol=1e-6, atol=1e-9))
+    again = live_residual(robot, other, BEGIN + 120 * 10 ** 9)
+    np.testing.assert_allclose(again[-200:], after[-200:], atol=1e-4)
+
+
+def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
+        robot, start_predictor, calibrate, tracking):
+    start_predictor(*LEFT)
+    before = parameters(robot)
+    rows = tracking(0, 900, 3000)
+    for goal, problem in (
+            ({'duration': 9.0}, 'duration: expected 10 to 600 s'),
+            ({'duration': float('nan')}, 'duration: expected 10 to 600 s'),
+            ({'duration': 20.0, 'file': '/nowhere/left.yaml'}, 'file: cannot write'),
+            ({'duration': 20.0}, 'no valid joint states arrive')):
+        status, result = calibrate(**goal).result()
+        assert (status, result.success) == (GoalStatus.STATUS_ABORTED, False)
+        assert problem in result.message and 'nothing was changed' in result.message
+
+    robot.stream(rows[:50], start=BEGIN, side='left')
+    goal = calibrate(duration=20.0)
+    robot.stream(rows[50:200], start=BEGIN + 500_000_000, side='left')
+    _, second = calibrate(duration=20.0).result()
+    assert 'another calibration is running' in second.message
+    robot.stream(rows[200:300], start=BEGIN + 2 * 10 ** 9, side='left')
+    goal.cancel()
+    robot.stream(rows[300:400], start=BEGIN + 3 * 10 ** 9, side='left')
+    status, result = goal.result()
+    assert status == GoalStatus.STATUS_CANCELED and 'cancelled' in result.message
+
+    goal = calibrate(duration=20.0)
+    no_effort = [(q, qd, None) for q, qd, _ in rows[400:600]]
+    robot.stream(no_effort, start=BEGIN + 4 * 10 ** 9, side='left')
+    assert 'there is no measured effort' in goal.result()[1].message
+
+    still = [(rows[0][0], np.zeros(7), rows[0][2])] * 1100
+    robot.stream(still[:50], start=BEGIN + 20 * 10 ** 9, side='left')
+    goal = calibrate(duration=10.0)
+    robot.stream(still[50:], BEGIN + 20_500_000_000, 'left', pace=0.003)
+    status, result = goal.result()
+    print(result.message)
+    assert status == GoalStatus.STATUS_ABORTED and not result.success
+    assert parameters(robot) == before
+
+
+def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
+    start_predictor(*LEFT)
+    rows = tracking(0, 900, 2100)
+    robot.stream(rows[:50], start=BEGIN, side='left')
+    goal = calibrate(duration=10.0, inertial=True)
+    robot.stream(rows[50:1150], BEGIN + 500_000_000, 'left', pace=0.003)
+    robot.spin(0.5)
+    assert not goal.done()
+    goal.cancel()
+    status, result = goal.result()
+    assert status == GoalStatus.STATUS_CANCELED and 'cancelled' in result.message
+    assert parameters(robot) == [
+        list(value) if isinstance(value, tuple) else value
+        for value in PredictorSettings.from_parameters({'arm': 'left'}).parameters().values()]
+    assert robot.call(SetParameters, 'set_parameters', SetParameters.Request(parameters=[
+        Parameter('payload.mass', value=0.5).to_parameter_msg()])).results[0].successful

@@ -1,0 +1,83 @@
+"""Service zero: constant offsets of the measured effort go into the bias, or it says why not."""
+
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+import numpy as np
+from perfect_robot import measured
+import pytest
+from rcl_interfaces.srv import GetParameters
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+START = 10 ** 18  # [ns]
+OFFSET = [0.5, 34.0, -0.8, 0.3, 0.1, -0.2, 0.05]  # [N m]
+CROSSTALK = np.zeros((7, 7))
+CROSSTALK[3, 2] = -0.2
+
+
+@pytest.fixture
+def zero(robot, start_predictor, sine):
+    """Return a function: answer to a request made while the arm moves with an effort."""
+    start_predictor('-p', f'effort_model.crosstalk:={CROSSTALK.ravel().tolist()}')
+    client = robot.create_client(Trigger, '/torque_predictor/zero')
+    assert client.wait_for_service(15.0)
+    truth = PredictorSettings.from_parameters({
+        'effort_model.bias': OFFSET, 'effort_model.crosstalk': CROSSTALK.ravel().tolist()})
+    rows = list(zip(*measured(truth, 0.01 * np.arange(700), sine)))
+    sent = 0
+
+    def stream(n, change=lambda effort: effort):
+        nonlocal sent
+        robot.stream([(q, qd, change(effort)) for q, qd, effort in rows[sent:sent + n]],
+                     start=START + sent * 10_000_000)
+        sent += n
+
+    def zero_(n, change=lambda effort: effort):
+        future = client.call_async(Trigger.Request())
+        robot.spin(0.1)
+        if n:
+            stream(n, change)
+        robot.until(future.done)
+        return future.result()
+    zero_.stream, zero_.client = stream, client
+    return zero_
+
+
+def test_offsets_go_into_the_bias(robot, zero):
+    answer = zero(0)
+    assert not answer.success and 'no valid joint states arrive' in answer.message
+    zero.stream(100)
+    second = []
+    first = zero.client.call_async(Trigger.Request())
+    zero.client.call_async(Trigger.Request()).add_done_callback(
+        lambda future: second.append(future.result()))
+    zero.stream(450)
+    robot.until(first.done)
+    assert 'another request is running' in second[0].message
+    answer = first.result()
+    assert answer.success, answer.message
+    assert 's1 +34.' in answer.message and 'contact was reported throughout' in answer.message
+
+    (bias,) = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
+        names=['effort_model.bias'])).values
+    np.testing.assert_allclose(bias.double_array_value, OFFSET, atol=0.05)
+    contacts = robot.listen(Bool, '/torque_predictor/contact')
+    robot.residual.clear()
+    zero.stream(100)
+    robot.until(lambda: len(robot.residual) > 90)
+    assert np.abs([m.effort for m in robot.residual]).max() < 0.2
+    assert contacts and not contacts[-1].data
+
+
+@pytest.mark.parametrize('change, problem', [
+    (lambda effort: effort - OFFSET + [0.0, 25.0, 0.0, 0.0, 0.0, 0.0, 0.0], 'contact began'),
+    (lambda effort: None, 'there is no measured effort'),
+    (lambda effort: 0.0 * effort, 'there is no measured effort')],
+    ids=['contact', 'no effort', 'zero effort'])
+def test_refused_requests_change_nothing(robot, zero, change, problem):
+    zero.stream(100, lambda effort: effort - OFFSET)
+    answer = zero(100, change)
+    assert not answer.success and 'nothing was changed' in answer.message
+    assert problem in answer.message, answer.message
+    (bias,) = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
+        names=['effort_model.bias'])).values
+    assert not np.any(bias.double_array_value)
