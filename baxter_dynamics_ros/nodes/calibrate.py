@@ -6,7 +6,7 @@ from pathlib import Path
 import subprocess
 from tempfile import TemporaryDirectory
 import time
-from typing import Any, NamedTuple, TYPE_CHECKING
+from typing import Any, NamedTuple
 
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse
@@ -25,14 +25,13 @@ from ..estimation.events import Event
 from ..estimation.predictor import Predictor, Step
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
+from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import N_JOINTS
-
-if TYPE_CHECKING:
-    from ..calibration.process import Result
 
 SHORTEST, LONGEST = 10.0, 600.0  # recording time [s]
 _CHECK_PERIOD = 0.2  # [s]
 _FEEDBACK_PERIOD = 1.0  # [s]
+_NEEDED = {'scipy': 'scipy', 'yaml': 'pyyaml'}  # module -> package
 _MOST_SHOWN = 3000  # maximum number of positions from which progress is computed
 
 
@@ -137,9 +136,10 @@ class CalibrateAction:
         if not SHORTEST <= goal.duration <= LONGEST:
             raise RefusedError(f'duration: expected {SHORTEST:g} to {LONGEST:g} s, got '
                                f'{goal.duration:g}')
-        for module, package in (('scipy', 'scipy'), ('yaml', 'pyyaml')):
-            if find_spec(module) is None:
-                raise RefusedError(f'calibration needs {package}: pip install {package}')
+        missing = [package for module, package in _NEEDED.items() if find_spec(module) is None]
+        if missing:
+            raise RefusedError(f'calibration needs {" ".join(missing)}: pip install '
+                               f'{" ".join(missing)}')
         if goal.file and not os.access(Path(goal.file).absolute().parent, os.W_OK):
             raise RefusedError(f'file: cannot write to the folder of {goal.file}')
         if not self._node.values['effort_model.enabled']:
@@ -168,17 +168,15 @@ class CalibrateAction:
             await self._pause(handle)
         self._is_recording = False
 
-    async def _fit(self, handle: ServerGoalHandle) -> 'Result':
+    async def _fit(self, handle: ServerGoalHandle) -> Any:
         """Return the result of the fit."""
         from ..calibration.process import COMMAND, ENVIRONMENT, read_result, write_input
         goal, rows = handle.request, self._rows
         with TemporaryDirectory(prefix='baxter_calibration_') as folder:
             given, found, log = (Path(folder) / name for name in ('in.npz', 'out.json', 'log'))
-            write_input(given, self._names, [row.stamp_ns for row in rows],
-                        [row.received_ns for row in rows],
-                        (np.array([row.position for row in rows]),
-                         np.array([row.velocity for row in rows]),
-                         np.array([row.effort for row in rows])),
+            _, stamps, received, *arrays = zip(*rows)
+            write_input(given, self._names, list(stamps), list(received),
+                        (np.array(arrays[0]), np.array(arrays[1]), np.array(arrays[2])),
                         self._settings, goal.inertial, goal.payload)
             with open(log, 'w') as output:
                 self._process = subprocess.Popen(
@@ -191,10 +189,11 @@ class CalibrateAction:
                     log.read_text().strip().splitlines() or ['no output'])[-1])
             return read_result(found)
 
-    def _use(self, found: 'Result', file: str, result: Any) -> None:
+    def _use(self, found: Any, file: str, result: Any) -> None:
         """Set the fitted parameters if they are better, and write the file."""
         from ..recordings.parameter_file import write_parameters
-        result.rms_before, result.rms_after = found.rms_before, found.rms_after
+        if np.isfinite([found.rms_before, found.rms_after]).all():
+            result.rms_before, result.rms_after = found.rms_before, found.rms_after
         if not found.better:
             raise RefusedError(found.message)
         if self._node.values != self._settings.parameters():
@@ -207,9 +206,12 @@ class CalibrateAction:
         result.parameters = [parameter.to_parameter_msg() for parameter in parameters]
         result.message = '; '.join([found.message, *found.notices])
         if file:
-            write_parameters(file, PredictorSettings.from_parameters(self._node.values),
-                             [result.message])
-            result.file = file
+            try:
+                write_parameters(file, PredictorSettings.from_parameters(self._node.values),
+                                 [result.message])
+                result.file = file
+            except (OSError, BaxterDynamicsError) as error:
+                result.message += f'; the file was not written: {error}'
 
     async def _pause(self, handle: ServerGoalHandle) -> None:
         await pause(self._node, self._group, _CHECK_PERIOD)

@@ -74,13 +74,14 @@ def helper(domain):
     processes = []
 
     def run(name):
-        processes.append(subprocess.Popen([sys.executable, __file__, name],
-                                          stdin=subprocess.DEVNULL))
+        processes.append(subprocess.Popen(
+            [sys.executable, __file__, name], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            text=True))
         return processes[-1]
     yield run
     for process in processes:
         process.kill()
-        process.wait()
+        process.communicate()
 
 
 @contextmanager
@@ -218,6 +219,17 @@ def test_a_second_publisher_is_reported(robot, predictor, motion, helper):
     assert_right(robot.residual)
 
 
+def test_a_flood_of_requests_costs_no_joint_state(robot, predictor, sine, stamps, helper):
+    pytest.importorskip('baxter_dynamics_interfaces.srv')
+    clients = helper('flood')
+    assert clients.stdout.readline() == 'flooding\n'
+    motion = Motion(robot, sine)
+    motion.run(1.5)
+    robot.until(lambda: len(robot.residual) == motion.sent - 21, 30.0)
+    assert set(np.diff(stamps(robot.residual))) == {10_000_000}
+    assert int(clients.stdout.readline()) > 0, 'no flood'
+
+
 def listen():
     """Subscribe to the residual with a short queue, reliably."""
     node = Node('listener')
@@ -236,6 +248,32 @@ def publish_zeros():
         publisher.publish(joint_state(names, stamp, np.zeros(7), np.zeros(7), np.ones(7)))
 
 
+def flood():
+    """Send requests of eight clients for 2.5 s, each as soon as it has an answer."""
+    from baxter_dynamics_interfaces import srv
+    node = Node('clients', start_parameter_services=False)
+    state = joint_state(joint_names('right'), 1, *np.full((2, 7), 0.3))
+    answers = []
+
+    def ask(client):
+        future = client.call_async(client.srv_type.Request(state=state))
+        future.add_done_callback(lambda future: (answers.append(future.result().success),
+                                                 ask(client)))
+    for kind, name in 4 * ((srv.GravityTorques, 'gravity_torques'),
+                           (srv.InverseDynamics, 'inverse_dynamics')):
+        client = node.create_client(kind, f'/torque_predictor/{name}')
+        client.wait_for_service(15.0)
+        ask(client)
+    while len(answers) < 8:
+        rclpy.spin_once(node)
+    print('flooding', flush=True)
+    end, before = time.monotonic() + 2.5, len(answers)
+    while time.monotonic() < end:
+        rclpy.spin_once(node)
+    assert all(answers)
+    print(len(answers) - before, flush=True)
+
+
 if __name__ == '__main__':
     rclpy.init()
-    {'listen': listen, 'publish_zeros': publish_zeros}[sys.argv[1]]()
+    {'listen': listen, 'publish_zeros': publish_zeros, 'flood': flood}[sys.argv[1]]()
