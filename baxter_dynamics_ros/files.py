@@ -55,16 +55,8 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes], name: s
     """
     Write files into a folder, all or none; see :func:`staged`.
 
-    Parameters
-    ----------
-    folder : Path
-        Target folder.
-    contents : mapping
-        Path within the folder, with '/', to contents; text is written as UTF-8, with a question
-        mark for what is no text.
-    name : str
-        See :func:`staged`.
-
+    The keys are paths within the folder, with '/'. Text is written as UTF-8, with a question mark
+    for surrogates.
     """
     with staged(folder, name) as stage:
         for file, content in contents.items():

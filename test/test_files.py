@@ -1,4 +1,4 @@
-"""Files appear complete or not at all, and nobody can redirect a write."""
+"""Files appear completely or not at all, and links are not followed."""
 
 import os
 import resource
@@ -9,7 +9,7 @@ from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 import pytest
 
 
-def test_files_replace_their_namesakes_and_keep_the_rest(tmp_path):
+def test_files_of_the_same_name_are_replaced_and_others_stay(tmp_path):
     (tmp_path / 'figures').mkdir()
     (tmp_path / 'figures' / 'a.svg').write_text('old')
     (tmp_path / 'notes.txt').write_text('mine')

@@ -18,7 +18,7 @@ from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
 from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
 from ..recordings.notices import Notice
-from ..recordings.playback import Recording
+from ..recordings.recording import Recording
 from ..recordings.velocity_lag import Lag
 
 PARTS = 5  # number of folds of a single recording

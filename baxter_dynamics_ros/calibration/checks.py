@@ -13,7 +13,7 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 from ..recordings.data_check import DataCheck, DataChecker
 from ..recordings.notices import Notice
-from ..recordings.playback import Recording
+from ..recordings.recording import Recording
 
 _SHORT = 1.0  # minimum duration of a recording [s]
 SHORTEST = 10.0  # minimum duration of all recordings together [s]

@@ -10,7 +10,8 @@ from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 from ..model.presliding import Presliding
-from ..recordings.playback import play, Recording
+from ..recordings.playback import play
+from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments
 
 MOVES = 0.05  # minimum speed of a moving joint [rad/s]

@@ -18,7 +18,7 @@ from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import N_JOINTS
-from ..recordings.playback import Message
+from ..recordings.recording import JointState
 
 COMMAND = (sys.executable, '-m', __name__ if __name__ != '__main__' else str(__spec__.name))
 # For the process: one thread, so that the fit leaves the other processors alone.
@@ -83,10 +83,10 @@ class _Recording:
         self._names = names
         self._file = file
 
-    def __iter__(self) -> Iterator[Message]:
+    def __iter__(self) -> Iterator[JointState]:
         keys = ('stamp', 'position', 'velocity', 'effort', 'received')
         for stamp, q, qd, effort, received in zip(*(self._file[key] for key in keys)):
-            yield int(stamp), self._names, q, qd, effort, int(received)
+            yield JointState(int(stamp), self._names, q, qd, effort, int(received))
 
 
 def run(path: Path) -> Result:

@@ -68,9 +68,6 @@ def main(args: argparse.Namespace) -> int:
         with progress() as update:
             result = calibrate(recordings, settings, args.inertial, args.payload, args.only,
                                lambda text: update(0.0, text))
-    for recording in recordings:
-        for remark in recording.remarks:
-            say(f'warning: {recording.name}: {remark}')
     comments = _comments(result, args.command_line)
     write_parameters(path, result.after, comments)
     _print(result)

@@ -15,8 +15,7 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
-    from ..recordings.evaluation_results import Evaluation
-    from ..report.evaluation_report import Total
+    from ..recordings.evaluation_results import Evaluation, Statistics
 
 DESCRIPTION = (
     'Predict the effort in recordings with the code of the node, compare it with the measured '
@@ -37,35 +36,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
     from ..recordings.evaluate_recordings import Evaluator
-    from ..recordings.notices import Notice
-    from ..recordings.writer import BagWriter, save_predictions
-    from ..report.evaluation_report import Total, write_evaluation
+    from ..recordings.writer import new_bag, save_predictions
+    from ..report.evaluation_report import write_evaluation
     folder = output_folder('--output', args.output, args.force, [*args.bags, *args.params])
-    if args.save_bag and Path(args.save_bag).expanduser().resolve() == folder:
+    save_bag = Path(args.save_bag).expanduser() if args.save_bag else None
+    if save_bag is not None and save_bag.resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
     settings, recordings = read_inputs(args)
-    if args.save_bag and len(recordings) > 1:
+    if save_bag is not None and len(recordings) > 1:
         raise BaxterDynamicsError(
             f'--save-bag: expected one recording, got {len(recordings)}')
     evaluator, evaluations = Evaluator(settings), []
     with ExitStack() as stack:
-        writer = None
-        if args.save_bag:
-            writer = stack.enter_context(BagWriter(Path(args.save_bag).expanduser()))
+        writer = stack.enter_context(new_bag(save_bag)) if save_bag else None
         for recording in recordings:
             with recording, progress(recording.count) as update:
-                evaluation = evaluator.evaluate(
-                    recording, lambda received: update(received, recording.name))
-                remarks = (Notice('recording', remark) for remark in recording.remarks)
-                evaluations.append(replace(
-                    evaluation, notices=(*remarks, *evaluation.notices)))
+                evaluations.append(evaluator.evaluate(
+                    recording, lambda received: update(received, recording.name)))
                 if writer is not None:
                     save_predictions(
                         recording, replace(settings, arm=recording.arm), writer, args.node)
         # Within, so that there is no new bag without a report.
-        total: Total | Evaluation = evaluations[0]
-        if len(evaluations) > 1:
-            total = Total(', '.join(sorted({e.arm for e in evaluations})), *evaluator.totals())
+        total = evaluator.total()
         _print(evaluations, total)
         write_evaluation(folder, evaluations, total, args.command_line,
                          ', '.join(Path(path).name for path in args.params)
@@ -76,7 +68,7 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
-def _print(evaluations: list[Evaluation], total: Total | Evaluation) -> None:
+def _print(evaluations: list[Evaluation], total: Statistics) -> None:
     for evaluation in evaluations:
         for notice in evaluation.notices:
             say(f'warning: {evaluation.name}: {notice}')

@@ -64,11 +64,11 @@ def whole_periods(trajectory: str) -> float:
 
 def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed: int) -> None:
     """Record the robot's next duration [s] at a rate [Hz] to a rosbag2 folder; print one line."""
-    from ..recordings.writer import BagWriter
+    from ..recordings.writer import new_bag
     from ..simulation.recorder import record
     from ..simulation.robot import JOINT_STATE_NAMES
     count, start = 0, robot.time
-    with BagWriter(path) as bag, progress(duration) as update:
+    with new_bag(path) as bag, progress(duration) as update:
         for stamp, names, position, velocity, effort in record(robot, duration, rate, seed):
             bag.joint_state(TOPIC, stamp, names, position, velocity, effort)
             count += names is JOINT_STATE_NAMES

@@ -20,118 +20,127 @@ with or without ``right_`` or ``left_`` before them; other columns are ignored.
 """
 
 from collections.abc import Iterator
-import csv
 from pathlib import Path
-from typing import Any, NamedTuple
-from zipfile import BadZipFile, ZipFile
+from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
-from .bags import JointState
-from .choice import choose_arm, USUAL_TOPIC
-from .diagnosis import bag_error, BagError
+from .recording import BagError, choose_arm, JointState, USUAL_TOPIC
 from ..model.arrays import Array
 from ..model.joints import JOINTS, SIDES
 
 _START = 10**18  # stamp of the first joint state where only the period is known [ns]
 _ARRAYS = ('position', 'velocity', 'effort')
-_LARGEST = 4 << 30  # size of an array [bytes]: eight hours of both arms at 1000 Hz
-_DENSEST = 200  # largest compression ratio of a large array
 _LONGEST = 1.0  # period [s]
 
 
-class ArrayFile(NamedTuple):
-    """Recordings as rows of arrays, one recording after the other."""
+class ArrayRecording:
+    """
+    One recording of an array file; behaves like :class:`~.bags.BagRecording`.
 
-    path: Path
-    joints: list[str]  # as the file names them
-    stamps_ns: Any  # (n,) of int [ns]
-    recordings: list[str]  # names
-    rows: Any  # (n,) index of each row's recording
-    arrays: tuple[Array, Array, Array]  # position, velocity, effort, (n, j)
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        Name of the recording.
+    joints : list of str
+        Names of the j joints in the file.
+    stamps_ns : ndarray (n,)
+        Stamps [ns].
+    arrays : tuple of ndarray (n, j)
+        Position [rad], velocity [rad/s] and effort [N m].
+    arm : str, optional
+        'right' or 'left'; also the arm of joints whose names do not include the side, by default
+        the right one.
+
+    """
+
+    topic = USUAL_TOPIC
+
+    def __init__(self, path: Path, name: str, joints: list[str], stamps_ns: Any,
+                 arrays: tuple[Array, ...], arm: str | None = None) -> None:
+        if not set(JOINTS).isdisjoint(joints):
+            joints = [f'{arm or "right"}_{joint}' for joint in joints]
+        self.path, self.name = path, name
+        self.arm = choose_arm(f'{path}: {name}', set(joints), arm)
+        self.count = len(stamps_ns)
+        self._names, self._stamps_ns, self._arrays = joints, stamps_ns, arrays
+
+    def __enter__(self) -> 'ArrayRecording':
+        """Return the recording."""
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        """Do nothing: the arrays stay."""
+
+    def __iter__(self) -> Iterator[JointState]:
+        """Yield each joint state; the stamp is also the time of recording."""
+        for stamp_ns, position, velocity, effort in zip(self._stamps_ns.tolist(), *self._arrays):
+            yield JointState(stamp_ns, self._names, position, velocity, effort, stamp_ns)
 
 
-def read_npz(path: Path) -> ArrayFile:
-    """Read an .npz file; raise BagError if it is malformed."""
+def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
+    """Return the recordings in an .npz or .csv file; raise BagError if it is malformed."""
     try:
-        _check_sizes(path)
-        with np.load(path, allow_pickle=False) as file:
-            contents = {key: file[key] for key in file.files}
-    except PermissionError as error:
-        raise bag_error(path, error) from None
+        contents = _csv(path) if path.suffix == '.csv' else _npz(path)
     except (OSError, EOFError, ValueError, TypeError, AttributeError, SyntaxError, MemoryError,
             BadZipFile) as error:
-        raise _malformed(path, '.npz; is it complete?', error) from None
+        reason = getattr(error, 'strerror', None) or ' '.join(str(error).split())
+        raise BagError(f'{path}: cannot be read as {path.suffix}; is it complete? '
+                       f'({reason:.200})') from None
+    _check(path, contents)
+    joints = [str(name) for name in np.ravel(contents['joint_names'])]
+    names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
+    owner = contents.get('recording', np.zeros(len(contents['position']), int))
+    nameless = (owner < 0) | (owner >= len(names))
+    if nameless.any():
+        raise BagError(f'{path}: {nameless.sum()} of {len(owner)} rows belong to recording '
+                       f'{owner[nameless][0]}, but recording_names has {len(names)} names')
+    recordings = []
+    for index, name in enumerate(names):
+        rows = np.flatnonzero(owner == index)
+        arrays = tuple(np.ascontiguousarray(contents[key][rows], float) for key in _ARRAYS)
+        recordings.append(ArrayRecording(path, name, joints, _stamps_ns(contents, rows), arrays,
+                                         arm))
+    return recordings
+
+
+def _npz(path: Path) -> dict[str, Any]:
+    with np.load(path, allow_pickle=False) as file:
+        contents = {key: file[key] for key in file.files}
     contents.setdefault('joint_names', contents.get('names'))
     missing = [key for key in ('joint_names', *_ARRAYS) if contents.get(key) is None]
     if 'period' not in contents and 'stamp' not in contents:
         missing.append('period or stamp')
     if missing:
         raise BagError(f'{path}: lacks {", ".join(missing)}; it has {", ".join(contents)}')
-    return _checked(path, contents)
+    return contents
 
 
-def read_csv(path: Path) -> ArrayFile:
-    """Read a .csv file; raise BagError if it is malformed."""
-    try:
-        with path.open(newline='', encoding='utf-8-sig') as file:
-            header = [name.strip() for name in next(csv.reader(file), [])]
-            wanted = _columns(header)
-            if not wanted:
-                raise BagError(
-                    f'{path}: expected columns time, s0_position, s0_velocity, s0_effort and so '
-                    f'on for the joints of one arm, got {", ".join(header):.200}')
-            data = np.loadtxt(file, delimiter=',', ndmin=2, usecols=range(len(header)))
-    except OSError as error:
-        raise bag_error(path, error) from None
-    except (ValueError, csv.Error) as error:
-        raise _malformed(path, 'CSV', error) from None
-    prefix, time = wanted
-    contents = {key: data[:, [header.index(f'{prefix}{joint}_{key}') for joint in JOINTS]]
-                for key in _ARRAYS}
-    return _checked(path, {**contents, 'stamp': data[:, header.index(time)],
-                           'joint_names': [f'{prefix}{joint}' for joint in JOINTS]})
+def _csv(path: Path) -> dict[str, Any]:
+    with path.open(encoding='utf-8-sig') as file:
+        header = [name.strip() for name in file.readline().split(',')]
+        for prefix in ('', *(f'{side}_' for side in SIDES)):
+            wanted = {key: [f'{prefix}{joint}_{key}' for joint in JOINTS] for key in _ARRAYS}
+            time = {'time', 'stamp'}.intersection(header)
+            if time and {*sum(wanted.values(), [])} <= {*header}:
+                columns = dict(zip(header, np.loadtxt(
+                    file, delimiter=',', ndmin=2, usecols=range(len(header))).T))
+                return {'joint_names': [f'{prefix}{joint}' for joint in JOINTS],
+                        'stamp': columns[time.pop()],
+                        **{key: np.stack([columns[name] for name in names], axis=1)
+                           for key, names in wanted.items()}}
+    raise BagError(f'{path}: expected columns time, s0_position, s0_velocity, s0_effort and so on '
+                   f'for the joints of one arm, got {", ".join(header):.200}')
 
 
-def _columns(header: list[str]) -> 'tuple[str, str] | None':
-    """Return the prefix of the joints' columns and the column of time."""
-    for prefix in ('', *(f'{side}_' for side in SIDES)):
-        for time in ('time', 'stamp'):
-            if {time, *(f'{prefix}{joint}_{key}' for joint in JOINTS for key in _ARRAYS)} <= {
-                    *header}:
-                return prefix, time
-    return None
-
-
-def _malformed(path: Path, kind: str, error: Exception) -> BagError:
-    return BagError(f'{path}: cannot be read as {kind} ({" ".join(str(error).split()):.200})')
-
-
-def _check_sizes(path: Path) -> None:
-    """Refuse arrays that are too large, by the sizes in the archive and in their headers."""
-    with ZipFile(path) as archive:
-        for entry in archive.infolist():
-            size, packed = entry.file_size, entry.compress_size
-            if size > _LARGEST or size > _LARGEST // 64 and size > _DENSEST * packed:
-                raise BagError(f'{path}: {entry.filename} would unpack from {packed} to {size} '
-                               'bytes, which no recording does')
-            with archive.open(entry) as file:
-                version = np.lib.format.read_magic(file)
-                shape, _, dtype = (np.lib.format.read_array_header_1_0 if version == (1, 0)
-                                   else np.lib.format.read_array_header_2_0)(file)
-            declared = float(np.prod(shape, dtype=float)) * dtype.itemsize
-            if declared > size:
-                raise BagError(f'{path}: {entry.filename} declares {declared:.3g} bytes but has '
-                               f'{size}')
-
-
-def _checked(path: Path, contents: dict[str, Any]) -> ArrayFile:
-    joints = [str(name) for name in np.ravel(contents['joint_names'])]
-    n = len(np.atleast_1d(contents['position']))
-    rows = contents.setdefault('recording', np.zeros(n, int))
-    names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
-    table = f'have {n} rows of {len(joints)} numbers (as joint_names)'
-    rules = {key: ((n, len(joints)), 'fiu', table) for key in _ARRAYS} | {
+def _check(path: Path, contents: dict[str, Any]) -> None:
+    """Raise BagError if an array has the wrong shape, type or range."""
+    n, joints = len(np.atleast_1d(contents['position'])), np.size(contents['joint_names'])
+    table = f'have {n} rows of {joints} numbers (as joint_names)'
+    rules = {key: ((n, joints), 'fiu', table) for key in _ARRAYS} | {
         'recording': ((n,), 'iu', f'have {n} integers'),
         'period': ((), 'fiu', f'be a number of seconds up to {_LONGEST:g}'),
         'stamp': ((n,), 'fiu', f'have {n} numbers of seconds from 0 to 2^31')}
@@ -143,68 +152,13 @@ def _checked(path: Path, contents: dict[str, Any]) -> ArrayFile:
                 or key == 'stamp' and not ((array >= 0.0) & (array < 2.0**31)).all()):
             found = f'{array}' if not shape and array.size < 9 else f'{array.dtype} {array.shape}'
             raise BagError(f'{path}: {key} must {wanted}, is {found}')
-    nameless = (rows < 0) | (rows >= len(names))
-    if nameless.any():
-        raise BagError(f'{path}: {nameless.sum()} of {n} rows belong to recording '
-                       f'{rows[nameless][0]}, but recording_names has {len(names)} names')
-    position, velocity, effort = (np.ascontiguousarray(contents[key], float) for key in _ARRAYS)
-    return ArrayFile(path, joints, _stamps_ns(contents), names, rows, (position, velocity, effort))
 
 
-def _stamps_ns(contents: dict[str, Any]) -> Any:
-    """Return the stamps of all rows, or multiples of the period within each recording."""
-    rows = contents['recording']
-    if 'stamp' in contents:
-        whole = np.floor(contents['stamp'])
-        fraction = np.rint((contents['stamp'] - whole) * 1e9)
-        return whole.astype(np.int64) * 10**9 + fraction.astype(np.int64)
-    result = np.zeros(len(rows), np.int64)
-    for index in np.unique(rows):
-        chosen = rows == index
-        result[chosen] = _START + np.rint(
-            np.arange(chosen.sum()) * float(contents['period']) * 1e9).astype(np.int64)
-    return result
-
-
-class ArrayRecording:
-    """
-    One recording of an array file; behaves like :class:`~.bags.BagRecording`.
-
-    Parameters
-    ----------
-    file : ArrayFile
-        The file.
-    index : int
-        Index of the recording in the file.
-    arm : str, optional
-        'right' or 'left'.
-
-    """
-
-    def __init__(self, file: ArrayFile, index: int, arm: str | None = None) -> None:
-        self.path = file.path
-        self.name = file.recordings[index]
-        self.topic = USUAL_TOPIC
-        self.arm: str = arm  # type: ignore[assignment]  # None until it is open
-        self.remarks: list[str] = []
-        self._file = file
-        self._rows = np.flatnonzero(file.rows == index)
-        self.count = len(self._rows)
-        self._names = file.joints
-        if not set(JOINTS).isdisjoint(file.joints):
-            self._names = [f'{arm or "right"}_{joint}' for joint in file.joints]
-
-    def __enter__(self) -> 'ArrayRecording':
-        """Find the arm."""
-        self.arm = choose_arm(f'{self.path}: {self.name}', set(self._names), self.arm)
-        return self
-
-    def __exit__(self, kind: object, error: object, trace: object) -> None:
-        """Do nothing: the arrays stay."""
-
-    def __iter__(self) -> Iterator[JointState]:
-        """Yield each :class:`~.bags.JointState`."""
-        for i in self._rows.tolist():
-            stamp_ns = int(self._file.stamps_ns[i])
-            position, velocity, effort = (array[i] for array in self._file.arrays)
-            yield JointState(stamp_ns, self._names, position, velocity, effort, stamp_ns)
+def _stamps_ns(contents: dict[str, Any], rows: Any) -> Any:
+    """Return the stamps of some rows, or multiples of the period."""
+    if 'stamp' not in contents:
+        period = 1e9 * float(contents['period'])
+        return _START + np.rint(np.arange(len(rows)) * period).astype(np.int64)
+    whole = np.floor(contents['stamp'][rows])
+    fraction = np.rint((contents['stamp'][rows] - whole) * 1e9)
+    return whole.astype(np.int64) * 10**9 + fraction.astype(np.int64)

@@ -13,7 +13,7 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 import zstandard
 
-from .diagnosis import read_metadata, refuse_special_file
+from .bag_errors import read_metadata, refuse_unfinished
 
 
 class Channel(NamedTuple):
@@ -37,16 +37,10 @@ class BagFiles:
     def __init__(self, path: Path) -> None:
         self.channels: list[Channel] = []  # with messages
         self._files: list[_McapFile | _RosbagsFile] = []
-        self._is_compressed = False  # message by message
+        names, self._is_compressed = read_metadata(path) if path.is_dir() else ([path], False)
         with ExitStack() as stack:
-            if path.is_dir():
-                metadata = read_metadata(path)
-                self._is_compressed = metadata.is_compressed
-                for name in metadata.files:
-                    self._open(path / name, stack)
-                self._add_missing(metadata.counts)
-            else:
-                self._open(path, stack)
+            for name in names:
+                self._open(path / name, stack)
             self._stack = stack.pop_all()
 
     def close(self) -> None:
@@ -64,25 +58,19 @@ class BagFiles:
                 yield chosen[id_], received_ns, decompress(raw) if self._is_compressed else raw
 
     def _open(self, path: Path, stack: ExitStack) -> None:
-        refuse_special_file(path)
+        refuse_unfinished(path)
+        folder = Path(stack.enter_context(TemporaryDirectory()))
         if path.suffix == '.zstd':
-            plain = Path(stack.enter_context(TemporaryDirectory())) / path.stem
-            with path.open('rb') as source, plain.open('wb') as target:
+            with path.open('rb') as source, (folder / path.stem).open('wb') as target:
                 zstandard.ZstdDecompressor().copy_stream(source, target)
-            path = plain
+            path = folder / path.stem
+        elif path.suffix == '.db3':  # rosbags opens files by URIs, in which ?, # and % are syntax
+            (folder / 'link.db3').symlink_to(path.resolve())
+            path = folder / 'link.db3'
         file = (_McapFile if path.suffix == '.mcap' else _RosbagsFile)(path, stack)
         self.channels += [channel._replace(file=len(self._files)) for channel in file.channels
                           if channel.count]
         self._files.append(file)
-
-    def _add_missing(self, counts: dict[str, int]) -> None:
-        """Add messages that only metadata.yaml knows to the topic's first channel."""
-        for topic, count in counts.items():
-            found = [i for i, channel in enumerate(self.channels) if channel.topic == topic]
-            missing = count - sum(self.channels[i].count for i in found)
-            if found and missing > 0:
-                first = self.channels[found[0]]
-                self.channels[found[0]] = first._replace(count=first.count + missing)
 
 
 class _RosbagsFile:
@@ -106,51 +94,37 @@ class _RosbagsFile:
 
 
 class _McapFile:
-    """An MCAP file, with or without an index."""
+    """An MCAP file; one without an index is sorted in memory."""
 
     def __init__(self, path: Path, stack: ExitStack) -> None:
         self._stream = stack.enter_context(path.open('rb'))
         self._limit = path.stat().st_size  # of a record [bytes]
-        self._unordered: set[str] = set()  # topics of a file without an index
-        summary: Any = SeekingReader(self._stream, record_size_limit=self._limit).get_summary()
-        self._is_indexed = _is_complete(summary)
-        if self._is_indexed:
+        self._reader: Any = SeekingReader
+        summary = self._open().get_summary()
+        if _is_complete(summary):
             counts = summary.statistics.channel_message_counts
-            self._set_channels({id_: (summary.channels[id_], summary.schemas.get(
-                summary.channels[id_].schema_id)) for id_ in counts}, counts)
+            found = {id_: (summary.channels[id_], summary.schemas.get(
+                summary.channels[id_].schema_id)) for id_ in counts}
         else:
-            self._scan()
-
-    def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
-        self._stream.seek(0)
-        topics = {channel.topic for channel in self.channels if channel.number in ids}
-        sort = self._is_indexed or not topics.isdisjoint(self._unordered)
-        reader = (SeekingReader if self._is_indexed else NonSeekingReader)(
-            self._stream, True, record_size_limit=self._limit)
-        for _, channel, message in reader.iter_messages(topics, log_time_order=sort):
-            if channel.id in ids:
-                yield channel.id, message.log_time, message.data
-
-    def _scan(self) -> None:
-        """Find the channels in the messages themselves."""
-        self._stream.seek(0)
-        found: dict[int, tuple[Any, Any]] = {}
-        counts: Counter[int] = Counter()
-        newest: dict[str, int] = {}
-        for schema, channel, message in NonSeekingReader(
-                self._stream, record_size_limit=self._limit).iter_messages(log_time_order=False):
-            found[channel.id] = channel, schema
-            counts[channel.id] += 1
-            if message.log_time < newest.get(channel.topic, 0):
-                self._unordered.add(channel.topic)
-            newest[channel.topic] = message.log_time
-        self._set_channels(found, counts)
-
-    def _set_channels(self, found: dict[int, tuple[Any, Any]], counts: dict[int, int]) -> None:
+            self._reader = NonSeekingReader
+            found, counts = {}, Counter()
+            for schema, channel, _ in self._open().iter_messages(log_time_order=False):
+                found[channel.id] = channel, schema
+                counts[channel.id] += 1
         self.channels = [
             Channel(channel.topic, _ros2_name(schema.name) if schema else 'no type',
                     channel.message_encoding, counts[id_], id_)
             for id_, (channel, schema) in found.items()]
+
+    def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
+        topics = {channel.topic for channel in self.channels if channel.number in ids}
+        for _, channel, message in self._open().iter_messages(topics):
+            if channel.id in ids:
+                yield channel.id, message.log_time, message.data
+
+    def _open(self) -> Any:
+        self._stream.seek(0)
+        return self._reader(self._stream, True, record_size_limit=self._limit)
 
 
 def _is_complete(summary: Any) -> bool:

@@ -1,42 +1,32 @@
 """Joint states of one arm in a bag of ROS 1 or ROS 2, in the order of recording."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator
 from functools import lru_cache
 import os
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosbags.serde import SerdeError
 from rosbags.typesys import get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
+from .bag_errors import bag_error
 from .bag_files import BagFiles, Channel
-from .choice import choose_arm, choose_topic, JOINT_STATE, READABLE, sides_of
-from .diagnosis import bag_error, BagError, refuse_unfinished
-from ..model.arrays import Array
+from .recording import BagError, choose_arm, JointState, listed, sides_of, USUAL_TOPIC
 
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+_READABLE = ('cdr', 'ros1')  # encodings of messages
 _PEEK = 1000  # messages read to find the arms on a topic; more until there is one
 _PADDING = (0, 4, 8)  # bytes that some writers append to a message
-
-
-class JointState(NamedTuple):
-    """A joint state as recorded, with a usable stamp."""
-
-    stamp_ns: int  # the header's, or received_ns where that is zero or constant [ns]
-    names: Sequence[str]  # joints
-    position: Array  # [rad]; as long as names, unless the message is malformed
-    velocity: Array  # [rad/s]; as long, or empty
-    effort: Array  # [N m]; as long, or empty
-    received_ns: int  # time of recording [ns]
 
 
 class BagRecording:
     """
     Joint states of one arm in a bag; a context manager that keeps the bag open.
 
-    Iterating yields each :class:`JointState` on the topic, any number of times. Memory does not
-    grow with the bag, except for the index of a ROS 1 bag.
+    Iterating yields each :class:`~.recording.JointState` on the topic, any number of times.
+    Memory does not grow with the bag, except for an MCAP file without an index and the index of a
+    ROS 1 bag.
 
     Parameters
     ----------
@@ -50,10 +40,8 @@ class BagRecording:
 
     Attributes
     ----------
-    path : Path
-        The bag.
     name : str
-        Name of its folder or file, without ending.
+        Name of the folder or file, without ending.
     topic, arm : str
         As given or, once open, as found.
     count : int
@@ -74,23 +62,21 @@ class BagRecording:
         self.topic: str = topic  # type: ignore[assignment]  # None until it is open
         self.arm: str = arm  # type: ignore[assignment]
         self.count = 0
-        self._requested = (topic, arm)
         self._names: dict[str, set[str]] = {}  # topic -> joints
-        self._is_stamp_constant = False
-        self._unstamped = 0  # messages of the latest iteration
 
     def __enter__(self) -> 'BagRecording':
         """Open the bag and find topic and arm."""
         try:
-            refuse_unfinished(self.path)
             self._files = BagFiles(self.path)
         except Exception as error:  # a damaged file makes the libraries raise anything
             raise bag_error(self.path, error) from None
         try:
-            self._choose(*self._requested)
+            self.topic = self._choose_topic(self.topic)
+            self.arm = choose_arm(f'{self.path}: {self.topic}', self._peek(self.topic), self.arm)
         except BaseException:
             self._files.close()
             raise
+        self.count = sum(channel.count for channel in self._channels(self.topic))
         return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
@@ -98,51 +84,40 @@ class BagRecording:
         self._files.close()
 
     def __iter__(self) -> Iterator[JointState]:
-        """Yield each :class:`JointState` of the topic."""
-        self._unstamped = 0
-        for state in self._play(self.topic):
-            if self._is_stamp_constant or not state.stamp_ns:
-                self._unstamped += not state.stamp_ns
-                state = state._replace(stamp_ns=state.received_ns)
-            yield state
+        """Yield each joint state of the topic."""
+        return self._play(self.topic)
 
-    @property
-    def remarks(self) -> list[str]:
-        """Return remarks on the stamps, once the recording is read."""
-        used = 'using times of recording, which blurs the accelerations'
-        if self._is_stamp_constant:
-            return [f'all stamps are the same: {used}']
-        if self._unstamped:
-            return [f'{self._unstamped} of {self.count} messages have no stamp: {used}']
-        return []
-
-    def _choose(self, topic: 'str | None', arm: 'str | None') -> None:
-        topics: dict[str, set[str]] = {}
-        for channel in self._files.channels:
-            note = '' if channel.encoding in READABLE else f' ({channel.encoding})'
-            topics.setdefault(channel.topic, set()).add(channel.kind + note)
-        self.topic = choose_topic(self.path, topics, topic, arm,
-                                  lambda name: self._peek(name, arm))
-        self.arm = choose_arm(f'{self.path}: {self.topic}', self._peek(self.topic, arm), arm)
-        self.count = sum(channel.count for channel in self._channels(self.topic))
+    def _choose_topic(self, topic: 'str | None') -> str:
+        candidates = sorted({channel.topic for channel in self._files.channels
+                             if self._channels(channel.topic)})
+        if topic in candidates:
+            return topic
+        if topic is not None or not candidates:
+            kinds = listed({f'{channel.topic} ({channel.kind}, {channel.encoding})'
+                            for channel in self._files.channels})
+            raise BagError(f'{self.path}: no joint states in CDR or ROS 1 encoding'
+                           f'{f" on {topic}" if topic else ""}; it has {kinds or "no messages"}')
+        fitting = [name for name in candidates if sides_of(self._peek(name), self.arm)]
+        if USUAL_TOPIC in fitting:
+            return USUAL_TOPIC
+        if len(fitting) > 1:
+            options = ' or '.join(f'--topic {name}' for name in fitting)
+            raise BagError(f"{self.path}: several topics have an arm's joints: choose {options}")
+        return fitting[0] if fitting else candidates[0]
 
     def _channels(self, topic: str) -> list[Channel]:
         return [channel for channel in self._files.channels
                 if channel.topic == topic and channel.kind == JOINT_STATE
-                and channel.encoding in READABLE]
+                and channel.encoding in _READABLE]
 
-    def _peek(self, topic: str, arm: 'str | None') -> set[str]:
+    def _peek(self, topic: str) -> set[str]:
         """Return joints on a topic: of the first messages, and until there are an arm's."""
         if topic not in self._names:
             names = self._names[topic] = set()
-            stamps = []
             for i, state in enumerate(self._play(topic)):
                 names.update(state.names)
-                if sides_of(set(state.names)):
-                    stamps.append(state.stamp_ns)
-                if i >= _PEEK and sides_of(names, arm):
+                if i >= _PEEK and sides_of(names, self.arm):
                     break
-            self._is_stamp_constant = len(stamps) > 1 and {*stamps} == {stamps[0]} != {0}
         return self._names[topic]
 
     def _play(self, topic: str) -> Iterator[JointState]:
@@ -160,7 +135,7 @@ class BagRecording:
             yield self._state(channel, received_ns, raw)
         if missing > 0:  # a library may skip records that it does not know
             raise BagError(f'{self.path}: {missing} messages on {topic} are missing: the bag is '
-                           'damaged, or its metadata belong to another one')
+                           'damaged')
 
     def _state(self, channel: Channel, received_ns: int, raw: bytes) -> JointState:
         try:
@@ -182,6 +157,8 @@ def _decode(encoding: str, raw: bytes) -> Any:
     if encoding == 'ros1':
         return _types(Stores.ROS1_NOETIC).deserialize_ros1(raw, JOINT_STATE)
     for padding in _PADDING:
-        with suppress(SerdeError):  # a message of another length
+        try:
             return _types(Stores.ROS2_JAZZY).deserialize_cdr(raw[:len(raw) - padding], JOINT_STATE)
-    return _types(Stores.ROS2_JAZZY).deserialize_cdr(raw, JOINT_STATE)  # raises
+        except SerdeError as error:  # a message of another length
+            problem = error
+    raise problem

@@ -18,16 +18,16 @@ class RunningBands:
     def __init__(self, names: Iterable[str]) -> None:
         self._names = tuple(names)
         self._width = _FIRST_WIDTH
-        shape = (INTERVALS, len(self._names), N_JOINTS)
-        self._low, self._high = np.full(shape, np.inf), np.full(shape, -np.inf)
         self._used = 0
+        self._low = np.full((INTERVALS, len(self._names), N_JOINTS), np.nan)
+        self._high = self._low.copy()
 
     def add(self, time: Array, signals: Array) -> None:
         """Add samples at times (n,) [s], not decreasing, of signals (n, names, 7), or NaN."""
-        if not len(time):
-            return
         while time[-1] >= INTERVALS * self._width:
-            self._widen()
+            self._low = self._merged(self._low, np.fmin)
+            self._high = self._merged(self._high, np.fmax)
+            self._width *= 2
         interval = (time / self._width).astype(int)
         first = np.flatnonzero(np.diff(interval, prepend=-1))
         where = interval[first]
@@ -38,15 +38,10 @@ class RunningBands:
     def result(self) -> tuple[Array, dict[str, Band]]:
         """Return the middles of the intervals (m,) [s], and name -> Band, NaN where empty."""
         time = (np.arange(self._used, dtype=float) + 0.5) * self._width
-        empty = self._low[:self._used] > self._high[:self._used]
-        low = np.where(empty, np.nan, self._low[:self._used])
-        high = np.where(empty, np.nan, self._high[:self._used])
-        return time, {name: Band(low[:, i], high[:, i]) for i, name in enumerate(self._names)}
+        return time, {name: Band(self._low[:self._used, i], self._high[:self._used, i])
+                      for i, name in enumerate(self._names)}
 
-    def _widen(self) -> None:
-        half = INTERVALS // 2
-        for values, join, nothing in ((self._low, np.minimum, np.inf),
-                                      (self._high, np.maximum, -np.inf)):
-            values[:half] = join(values[::2], values[1::2])
-            values[half:] = nothing
-        self._width *= 2
+    @staticmethod
+    def _merged(values: Array, join: np.ufunc) -> Array:
+        pairs = join(values[::2], values[1::2])
+        return np.concatenate([pairs, np.full_like(pairs, np.nan)])

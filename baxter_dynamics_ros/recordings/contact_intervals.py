@@ -7,7 +7,7 @@ import numpy as np
 from .velocity_lag import segments
 from ..estimation.settings import ContactSettings
 from ..model.arrays import Array, Bools
-from ..model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER
+from ..model.joints import JOINTS, POSITION_LOWER, POSITION_UPPER
 
 MOST = 0.2  # share of a recording above which a large residual is an error of the model
 
@@ -50,19 +50,19 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
         Name of the recording.
 
     """
+    if not len(time):
+        return []
+    residual = residual - np.median(residual, axis=0)
+    near_stop = (q > POSITION_UPPER - _STOP) | (q < POSITION_LOWER + _STOP)
     found = []
-    for joint in range(N_JOINTS):
-        signal = residual[:, joint] - np.median(residual[:, joint]) if len(time) else time
+    for joint, (name, limit) in enumerate(zip(JOINTS, ContactSettings.limit)):
         for part in segments(time):
-            limit = ContactSettings.limit[joint]
-            for start, end in _intervals(time[part], np.abs(signal[part]), limit):
-                rows = slice(part.start + start, part.start + end)
-                peak = signal[rows][int(np.abs(signal[rows]).argmax())]
-                middle = float(np.median(q[rows, joint]))
-                at_stop = not (POSITION_LOWER[joint] + _STOP <= middle
-                               <= POSITION_UPPER[joint] - _STOP)
-                found.append(Contact(JOINTS[joint], float(time[rows.start]),
-                                     float(time[rows.stop - 1]), float(peak), at_stop, recording))
+            for rows in _intervals(time, residual[:, joint], part, limit):
+                signal = residual[rows, joint]
+                found.append(Contact(
+                    name, float(time[rows][0]), float(time[rows][-1]),
+                    float(signal[np.abs(signal).argmax()]),
+                    bool(np.median(near_stop[rows, joint])), recording))
     return found
 
 
@@ -74,15 +74,13 @@ def contact_rows(time: Array, contacts: list[Contact]) -> Bools:
     return mask
 
 
-def _intervals(time: Array, size: Array, limit: float) -> list[tuple[int, int]]:
-    """Return (first, last + 1) of each interval that exceeds the limit for long enough."""
+def _intervals(time: Array, signal: Array, part: slice, limit: float) -> list[slice]:
+    """Return the intervals of a segment that exceed the limit for long enough."""
+    size = np.abs(signal[part])
     edges = np.flatnonzero(np.diff(np.concatenate([[0], size > _RELEASE * limit, [0]])))
-    return [(start, end) for start, end in zip(edges[::2].tolist(), edges[1::2].tolist())
-            if _time_beyond(time[start:end], size[start:end] > limit) >= _SHORTEST]
-
-
-def _time_beyond(time: Array, beyond: Bools) -> float:
-    if not beyond.any():
-        return 0.0
-    where = np.flatnonzero(beyond)
-    return float(time[where[-1]] - time[where[0]])
+    found = []
+    for start, end in zip(edges[::2], edges[1::2]):
+        beyond = time[part][start:end][size[start:end] > limit]
+        if len(beyond) and beyond[-1] - beyond[0] >= _SHORTEST:
+            found.append(slice(part.start + start, part.start + end))
+    return found

@@ -23,6 +23,7 @@ _ACCELERATES = 0.3  # standard deviation of an acceleration that is not just noi
 _BEARS_LOAD = np.arange(N_JOINTS) < 4  # a gripper multiplies the small torques of the wrist
 _MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
+_SAME = np.arange(N_JOINTS)
 
 
 class Gain(NamedTuple):
@@ -84,23 +85,6 @@ class DataChecker:
         if sum(len(recent[0]) for recent in self._recent) > _ROWS:
             self.end_recording()
 
-    def result(self) -> 'DataCheck | None':
-        """Return the results; None if there are too few samples with effort."""
-        self.end_recording()
-        rows = np.concatenate(self._parts) if self._parts else np.empty((0, 4, N_JOINTS))
-        if len(rows) < 2 or self._duration < _SHORTEST:
-            return None
-        q, qd, qdd, measured = rows.swapaxes(0, 1)
-        constant = np.ptp(measured, axis=0) < 1e-6
-        moves = (np.ptp(q, axis=0) > TRAVEL) & ~constant
-        data = _Data(q, qd, qdd, measured, *_predicted(self._settings, q, qd, qdd), constant,
-                     moves, self._duration, self._settings)
-        gains = np.array([_gains(data, joint) for joint in range(N_JOINTS)])  # (7, 4, 2)
-        inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
-        check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0],
-                          self._velocity.lag(), self._velocity.scale())
-        return replace(check, problems=tuple(_problems(data, check)))
-
     def end_recording(self) -> None:
         """End a recording; later samples are not consecutive."""
         if self._recent:
@@ -110,34 +94,56 @@ class DataChecker:
             self._velocity.add(time, q, qd)
             self._recent = []
 
+    def result(self) -> 'DataCheck | None':
+        """Return the results; None if there are too few samples with effort."""
+        self.end_recording()
+        rows = np.concatenate(self._parts) if self._parts else np.empty((0, 4, N_JOINTS))
+        if len(rows) < 2 or self._duration < _SHORTEST:
+            return None
+        data = _Data.of(self._settings, *rows.swapaxes(0, 1))
+        gains = np.array([_gains(data, joint, self._duration)
+                          for joint in range(N_JOINTS)])  # (7, 4, 2)
+        inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
+        check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0],
+                          self._velocity.lag(), self._velocity.scale())
+        return replace(check, problems=tuple(_problems(data, check)))
+
 
 class _Data(NamedTuple):
     """Samples and the parts of their prediction, (n, 7) each."""
 
+    settings: PredictorSettings
     q: Array  # [rad]
     qd: Array
     qdd: Array
     measured: Array  # effort [N m]
-    inertial: Array  # M qdd + C qd [N m]
     gravity: Array  # [N m]
+    inertial: Array  # M qdd + C qd [N m]
     spring: Array  # of the default shape if the settings have none [N m]
     predicted: Array  # without friction and bias [N m]
-    constant: Bools  # (7,) whether the measured effort is constant
-    moves: Bools  # (7,) whether the joint moves and its measured effort varies
-    duration: float  # [s]
-    settings: PredictorSettings
+
+    @classmethod
+    def of(cls, settings: PredictorSettings, q: Array, qd: Array, qdd: Array,
+           measured: Array) -> '_Data':
+        arm, model = settings.model.arm, settings.model.effort_model
+        gravity = arm.gravity(q)
+        tau = arm.inverse_dynamics(q, qd, qdd)
+        spring = (model if model.has_spring else EffortModel()).spring(q)
+        return cls(settings, q, qd, qdd, measured, gravity, tau - gravity, spring,
+                   tau + spring * model.has_spring)
+
+    @property
+    def constant(self) -> Bools:
+        """Return whether the measured effort is constant, (7,)."""
+        return np.ptp(self.measured, axis=0) < 1e-6
+
+    @property
+    def moves(self) -> Bools:
+        """Return whether the joint moves and its measured effort varies, (7,)."""
+        return (np.ptp(self.q, axis=0) > TRAVEL) & ~self.constant
 
 
-def _predicted(settings: PredictorSettings, q: Array, qd: Array,
-               qdd: Array) -> tuple[Array, Array, Array, Array]:
-    arm, model = settings.model.arm, settings.model.effort_model
-    gravity = arm.gravity(q)
-    tau = arm.inverse_dynamics(q, qd, qdd)
-    spring = (model if model.has_spring else EffortModel()).spring(q)
-    return tau - gravity, gravity, spring, tau + spring * model.has_spring
-
-
-def _gains(data: _Data, joint: int) -> Array:
+def _gains(data: _Data, joint: int, duration: float) -> Array:
     """Return gain and deviation for inertial, gravity, spring and Coulomb torque, (4, 2)."""
     result = np.full((4, 2), np.nan)
     if not data.moves[joint]:
@@ -150,7 +156,7 @@ def _gains(data: _Data, joint: int) -> Array:
     solution = np.linalg.lstsq(x, data.measured[:, joint], rcond=None)[0]
     left = data.measured[:, joint] - x @ solution
     # Residuals are correlated for about a second, so a second counts as one sample.
-    variance = left.var() * len(x) / max(data.duration, 1.0)
+    variance = left.var() * len(x) / max(duration, 1.0)
     deviation = np.sqrt(variance * np.diag(np.linalg.pinv(x.T @ x)))
     result[used] = np.stack([solution, deviation], axis=1)[1:]
     return result
@@ -167,131 +173,123 @@ def _overall(data: _Data) -> tuple[Array, Array]:
 
 def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
     """Yield the problems; the first rule that finds one hides those after it."""
-    yield from _constant_effort(data)
-    rules = (_velocity_scale, _exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs)
-    first = next(filter(None, (list(rule(data, check)) for rule in rules)), [])
-    yield from first
-    if not any(problem.kind == 'velocity_scale' for problem in first):
-        yield from _odd_lag(check)
-
-
-def _constant_effort(data: _Data) -> Iterator[Notice]:
     for joint in np.flatnonzero(data.constant):
         yield Notice('effort_constant', f'effort of {JOINTS[joint]} is always '
                      f'{data.measured[0, joint]:g} N m: it is not measured',
                      (JOINTS[joint],), refuses=True)
-
-
-def _velocity_scale(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    scale = check.velocity_scale
-    if np.isfinite(scale) and not 0.8 < scale < 1.25:
-        cause = ('their signs are opposite' if scale < 0.0 else
-                 'convert velocities from degrees per second to rad/s'
-                 if 0.8 < np.degrees(scale) < 1.25 else
-                 f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
-                 'or velocities are not in rad/s')
-        yield Notice('velocity_scale', f'positions change by {scale:.3g} times the integral '
-                     f'of the velocities, instead of 1: {cause}', refuses=True)
-
-
-def _odd_lag(check: DataCheck) -> Iterator[Notice]:
+    rules = (_velocity_scale, _exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs)
+    problem = next(filter(None, (rule(data, check) for rule in rules)), None)
+    if problem is not None:
+        yield problem
     lag = check.lag
-    if lag is not None and abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty):
+    if (problem is None or problem.kind != 'velocity_scale') and lag is not None and (
+            abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty)):
         yield Notice('velocity_lag', f'velocities lag positions by {1e3 * lag.value:.1f} ± '
                      f'{1e3 * lag.uncertainty:.1f} ms; Baxter has {1e3 * USUAL_LAG:.0f} ms, a '
                      'simulator none: check the period of the stamps and the source of velocities')
 
 
-def _exchanged(data: _Data, check: DataCheck) -> Iterator[Notice]:
+def _velocity_scale(data: _Data, check: DataCheck) -> 'Notice | None':
+    scale = check.velocity_scale
+    if np.isnan(scale) or 0.8 < scale < 1.25:
+        return None
+    cause = ('their signs are opposite' if scale < 0.0 else
+             'convert velocities from degrees per second to rad/s'
+             if 0.8 < np.degrees(scale) < 1.25 else
+             f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
+             'or velocities are not in rad/s')
+    return Notice('velocity_scale', f'positions change by {scale:.3g} times the integral of the '
+                  f'velocities, instead of 1: {cause}', refuses=True)
+
+
+def _exchanged(data: _Data, check: DataCheck) -> 'Notice | None':
     """Find efforts that fit the prediction of another joint, or two exchanged joints."""
-    errors = data.measured[:, :, None] - data.predicted[:, None]
-    cost = np.log(errors.var(axis=0) + 1e-4)  # [measured, predicted]
-    orders = np.array(list(permutations(range(N_JOINTS))))
-    identity = np.arange(N_JOINTS)
-    total = cost[identity, orders].sum(1) + _MOVED_COST * (orders != identity).sum(1)
-    total[(data.constant & (orders != identity)).any(1)] = np.inf
+    cost = _cost(data.measured[:, :, None] - data.predicted[:, None])  # [measured, predicted]
+    orders = np.array(list(permutations(_SAME)))
+    total = cost[_SAME, orders].sum(1) + _MOVED_COST * (orders != _SAME).sum(1)
+    total[(data.constant & (orders != _SAME)).any(1)] = np.inf
     best, exchanged = orders[int(np.argmin(total))], 'efforts'
     bearing = np.nan_to_num(check.correlation[_BEARS_LOAD & data.moves])
     # Efforts with the shape of their own joint's prediction belong to it, whatever their gain.
-    if (best == identity).all() and not (np.abs(bearing) > 0.7).all():
+    if (best == _SAME).all() and not (np.abs(bearing) > 0.7).all():
         best, exchanged = _exchanged_joints(data, float(np.trace(cost))), 'joints'
-    where = np.flatnonzero(best != identity)
-    if len(where):
-        names = _names(best != identity)
-        fits = ', '.join(f'{JOINTS[i]} fits {JOINTS[best[i]]}' for i in where)
-        yield Notice('joints_exchanged', f'{exchanged} of {", ".join(names)} look exchanged '
-                     f'({fits}): check the order of the names', names, refuses=True)
+    where = best != _SAME
+    if not where.any():
+        return None
+    fits = ', '.join(f'{JOINTS[i]} fits {JOINTS[best[i]]}' for i in np.flatnonzero(where))
+    return Notice('joints_exchanged', f'{exchanged} of {", ".join(_names(where))} look exchanged '
+                  f'({fits}): check the order of the names', _names(where), refuses=True)
 
 
 def _exchanged_joints(data: _Data, cost: float) -> Any:
     """Return the order (7,) with two joints exchanged, if that explains the effort."""
-    identity = np.arange(N_JOINTS)
+    best, least = _SAME, cost - 4 * _MOVED_COST
     rows = slice(None, None, max(len(data.q) // 400, 1))
-    q, qd, qdd, measured = (x[rows] for x in (data.q, data.qd, data.qdd, data.measured))
-    best, least = identity, cost - 4 * _MOVED_COST
-    for pair in combinations(range(N_JOINTS), 2):
-        order = identity.copy()
+    for pair in combinations(_SAME, 2):
+        order = _SAME.copy()
         order[[*pair]] = pair[::-1]
-        predicted = _predicted(data.settings, q[:, order], qd[:, order], qdd[:, order])[-1]
-        trial = float(np.log((measured[:, order] - predicted).var(0) + 1e-4).sum())
-        if trial < least:
-            best, least = order, trial
+        trial = _Data.of(data.settings, *(
+            x[rows][:, order] for x in (data.q, data.qd, data.qdd, data.measured)))
+        found = float(_cost(trial.measured - trial.predicted).sum())
+        if found < least:
+            best, least = order, found
     return best
 
 
-def _sign(data: _Data, check: DataCheck) -> Iterator[Notice]:
+def _cost(errors: Array) -> Array:
+    return np.log(errors.var(axis=0) + 1e-4)
+
+
+def _sign(data: _Data, check: DataCheck) -> 'Notice | None':
     negative = (check.correlation < -0.6) & (data.predicted.std(0) > 0.3)
-    if negative.any():
-        yield Notice('effort_sign', f'measured effort has the opposite sign of the prediction at '
-                     f'{_numbers(negative, check.correlation, "correlation ")}: negate it',
-                     _names(negative), refuses=True)
+    return _notice('effort_sign', negative, 'measured effort has the opposite sign of the '
+                   f'prediction at {_numbers(negative, check.correlation, "correlation ")}: '
+                   'negate it')
 
 
-def _without_gravity(data: _Data, check: DataCheck) -> Iterator[Notice]:
+def _without_gravity(data: _Data, check: DataCheck) -> 'Notice | None':
     gravity = check.gravity.median()
-    if gravity < 0.4 and not check.inertial.median() < 0.4:
-        joints = check.gravity.known & _BEARS_LOAD
-        yield Notice('no_gravity', f'measured effort has {gravity:.2f} of the torque of gravity '
-                     f'({_numbers(joints, check.gravity.value)}), instead of 1: effort without '
-                     'gravity compensation cannot be compared; for a simulator without gravity '
-                     'use simulation.yaml with gravity [0, 0, 0]', _names(joints), refuses=True)
+    removed = gravity < 0.4 and not check.inertial.median() < 0.4
+    joints = check.gravity.known & _BEARS_LOAD & removed
+    return _notice('no_gravity', joints, f'measured effort has {gravity:.2f} of the torque of '
+                   f'gravity ({_numbers(joints, check.gravity.value)}), instead of 1: effort '
+                   'without gravity compensation cannot be compared; for a simulator without '
+                   'gravity use simulation.yaml with gravity [0, 0, 0]')
 
 
-def _scale(data: _Data, check: DataCheck) -> Iterator[Notice]:
+def _scale(data: _Data, check: DataCheck) -> 'Notice | None':
     bearing = _BEARS_LOAD & (data.predicted.std(0) > 0.5) & (np.abs(check.correlation) > 0.7)
     overall = np.median(check.gain[bearing]) if bearing.any() else 1.0
     is_usual = (check.gain > 0.45) & (check.gain < 2.2) & (0.6 < overall < 1.7)
     odd = bearing & ~is_usual
-    if odd.any():
-        yield Notice('effort_scale', 'measured effort is the predicted effort times '
-                     f'{_numbers(odd, check.gain)}: check its unit', _names(odd), refuses=True)
+    return _notice('effort_scale', odd, 'measured effort is the predicted effort times '
+                   f'{_numbers(odd, check.gain)}: check its unit')
 
 
-def _springs(data: _Data, check: DataCheck) -> Iterator[Notice]:
-    value = check.spring.value[S1] if check.spring.known[S1] else np.nan
-    has_spring = data.settings.model.effort_model.has_spring
-    if has_spring and value < 0.4:
-        yield Notice('no_springs', f"measured effort of s1 has {value:.2f} of the springs' "
-                     'torque, instead of 1: simulators have no springs; use simulation.yaml',
-                     ('s1',), refuses=True)
-    elif not has_spring and value > 0.6:
-        yield Notice('springs', f"measured effort of s1 has {value:.2f} of the springs' torque, "
-                     'which these settings omit: for a real robot enable effort_model',
-                     ('s1',))
-
-
-def _hand_guided(data: _Data, check: DataCheck) -> Iterator[Notice]:
+def _hand_guided(data: _Data, check: DataCheck) -> 'Notice | None':
     inertial = check.inertial.median()
-    if inertial < 0.35:
-        joints = check.inertial.known & _BEARS_LOAD
-        negative = joints & (check.coulomb < 0.0)
-        friction = ', and friction is negative (%s)' % _numbers(
-            negative, check.coulomb, unit=' N m') if negative.any() else ''
-        yield Notice('moved_by_hand', f'measured effort has {inertial:.2f} of the inertial and '
-                     f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1'
-                     f'{friction}: the motors did not make this motion. An arm moved by hand '
-                     'cannot be calibrated: record a motion made by the motors',
-                     _names(joints), refuses=True)
+    joints = check.inertial.known & _BEARS_LOAD & (inertial < 0.35)
+    negative = joints & (check.coulomb < 0.0)
+    friction = ', and friction is negative (%s)' % _numbers(
+        negative, check.coulomb, unit=' N m') if negative.any() else ''
+    return _notice('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial '
+                   f'and Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1'
+                   f'{friction}: the motors did not make this motion. An arm moved by hand '
+                   'cannot be calibrated: record a motion made by the motors')
+
+
+def _springs(data: _Data, check: DataCheck) -> 'Notice | None':
+    value = check.spring.value[S1] if check.spring.known[S1] else np.nan
+    share = f"measured effort of s1 has {value:.2f} of the springs' torque, "
+    s1, has_spring = _SAME == S1, data.settings.model.effort_model.has_spring
+    return _notice('no_springs', s1 & (has_spring and value < 0.4), share + 'instead of 1: '
+                   'simulators have no springs; use simulation.yaml') or _notice(
+        'springs', s1 & (not has_spring and value > 0.6), share + 'which these settings omit: '
+        'for a real robot enable effort_model', refuses=False)
+
+
+def _notice(kind: str, where: Bools, text: str, refuses: bool = True) -> 'Notice | None':
+    return Notice(kind, text, _names(where), refuses=refuses) if where.any() else None
 
 
 def _names(where: Bools) -> tuple[str, ...]:

@@ -9,13 +9,14 @@ import numpy as np
 from .bands import RunningBands
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
 from .data_check import DataCheck, DataChecker
-from .evaluation_results import Errors, ESTIMATORS, Evaluation, METHODS, TERMS
+from .evaluation_results import ESTIMATORS, Evaluation, METHODS, Statistics
 from .notices import Notice
-from .playback import Block, play, Recording
-from .running import RunningErrors, RunningSquares
+from .playback import Block, play
+from .recording import Recording
+from .running import RunningStatistics
 from .stamp_statistics import StampClock, StampStatistics
 from ..estimation.events import Event, REMEDIES
-from ..estimation.predictor import Predictor
+from ..estimation.predictor import Prediction, Predictor
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..newton_euler import NewtonEuler
@@ -39,98 +40,94 @@ class Evaluator:
 
     def __init__(self, settings: PredictorSettings) -> None:
         self._settings = replace(settings, method='lagrange_euler')
-        self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
-        self._shares = RunningSquares()
+        self._total = RunningStatistics()
 
     def evaluate(self, recording: Recording,
                  progress: Callable[[int], object] = lambda received: None) -> Evaluation:
         """Evaluate an open recording; call progress with the number of messages read so far."""
-        run = _Run(replace(self._settings, arm=recording.arm))
+        run = _Run(replace(self._settings, arm=recording.arm), self._total)
         for block in play(recording, run.predictor):
             run.add(block)
             progress(run.predictor.counts['received'])
-        for name, errors in run.errors.items():
-            self._errors[name].include(errors)
-        self._shares.include(run.shares)
         return run.result(recording)
 
-    def totals(self) -> tuple[Errors, Errors, dict[str, Array]]:
-        """Return methods, estimators and shares over all recordings so far."""
-        return _results(self._errors, METHODS), _results(self._errors, ESTIMATORS), (
-            self._shares.result())
+    def total(self) -> Statistics:
+        """Return the statistics over all recordings so far."""
+        return self._total.result()
 
 
 class _Run:
     """Evaluation of one recording."""
 
-    def __init__(self, settings: PredictorSettings) -> None:
-        self.settings = settings
+    def __init__(self, settings: PredictorSettings, total: RunningStatistics) -> None:
         self.predictor = Predictor(settings)
-        self.newton_euler = NewtonEuler(settings.model.arm)
-        self.errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
-        self.shares = RunningSquares()
-        self.bands = RunningBands(['measured', *METHODS,
-                                   *('error_' + name for name in METHODS + ESTIMATORS)])
+        self._settings = settings
+        self._newton_euler = NewtonEuler(settings.model.arm)
+        self._statistics = RunningStatistics(), total
+        self._bands = RunningBands(['measured', *METHODS,
+                                    *('error_' + name for name in METHODS + ESTIMATORS)])
         self._clock = StampClock()
         self._checker = DataChecker(settings)
         self._residuals = _ThinnedResiduals()
 
     def add(self, block: Block) -> None:
         """Add a block of estimates."""
-        estimate, model = block.estimate, self.settings.model.effort_model
+        estimate = block.estimate
         prediction = self.predictor.predict(estimate)
-        q, qd, qdd, z = estimate.q, estimate.qd, estimate.qdd, estimate.presliding
-        measured = estimate.measured
+        pairs, terms = self._compare(block, prediction)
+        for statistics in self._statistics:
+            statistics.add(self._settings.arm, pairs, terms)
+        time = self._clock.elapsed(estimate.stamp_ns, block.dt)
+        measured = pairs['lagrange_euler'][0]
+        self._bands.add(time, np.stack([measured, *(pairs[name][1] for name in METHODS),
+                                        *(x - y for x, y in pairs.values())], axis=1))
+        there = np.isfinite(measured[:, 0])
+        state = np.stack([estimate.q, estimate.qd, estimate.qdd, measured], axis=1)
+        self._checker.add(time[there], state[there], block.q[there], block.measured_qd[there])
+        self._residuals.add(time[there], (measured - prediction.effort)[there], estimate.q[there])
+
+    def _compare(self, block: Block, prediction: Prediction
+                 ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
+        """Return measured and predicted effort by each method and estimator, and the terms."""
+        model = self._settings.model.effort_model
+        _, q, qd, qdd, measured, z = block.estimate
         assert measured is not None  # in a block it is NaN instead
         # The closed form predicts once; the rest uses the faster method, equal within 1e-12.
         still = np.zeros_like(q)
-        tau, unaccelerated, gravity, live, difference = self.newton_euler.inverse_dynamics(
+        tau, unaccelerated, gravity, live, difference = self._newton_euler.inverse_dynamics(
             np.stack([q, q, q, block.q, block.q]),
             np.stack([qd, qd, still, block.qd, block.qd]),
             np.stack([qdd, still, still, qdd, block.first_difference]))
-        efforts = {'lagrange_euler': prediction.effort,
-                   'newton_euler': model.effort(tau, q, qd, qdd, z)}
         live = model.effort(live, block.q, block.qd, qdd, z)
         difference = model.effort(difference, block.q, block.qd, block.first_difference, z)
-        aligned = prediction.effort if self.settings.align else np.full_like(q, np.nan)
-        pairs = {**{name: (measured, effort) for name, effort in efforts.items()},
+        aligned = prediction.effort if self._settings.align else np.full_like(q, np.nan)
+        pairs = {'lagrange_euler': (measured, prediction.effort),
+                 'newton_euler': (measured, model.effort(tau, q, qd, qdd, z)),
                  'first_difference': (block.effort, difference),
                  'butterworth_live': (block.effort, live),
                  'butterworth_aligned': (measured, aligned)}
-        for name, pair in pairs.items():
-            valid = np.isfinite(pair[0][:, 0]) & np.isfinite(pair[1][:, 0])
-            self.errors[name].add(*(x[valid] for x in pair))
-        self.shares.add(
-            inertial=tau - unaccelerated, coriolis=unaccelerated - gravity,
-            gravity=gravity.round(12),  # exactly zero at s0
-            spring=model.spring(q), friction=model.friction(qd, z),
-            other=np.broadcast_to(model.other(q, qdd), q.shape))
-        time = self._clock.elapsed(estimate.stamp_ns, block.dt)
-        self.bands.add(time, np.stack(
-            [measured, *efforts.values(), *(x - y for x, y in pairs.values())], axis=1))
-        there = np.isfinite(measured[:, 0])
-        self._checker.add(time[there], np.stack([q, qd, qdd, measured], axis=1)[there],
-                          block.q[there], block.measured_qd[there])
-        self._residuals.add(time[there], (measured - prediction.effort)[there], q[there])
+        terms = {'inertial': tau - unaccelerated, 'coriolis': unaccelerated - gravity,
+                 'gravity': gravity.round(12),  # exactly zero at s0
+                 'spring': model.spring(q), 'friction': model.friction(qd, z)}
+        effort = tau + terms['spring'] + terms['friction'] + model.other(q, qdd)
+        terms['other'] = model.other(q, qdd) + model.coupled(effort) - effort
+        return pairs, terms
 
     def result(self, recording: Recording) -> Evaluation:
         """Return the results."""
-        counts = {getattr(key, 'value', key): n for key, n in self.predictor.counts.items()}
-        time, bands = self.bands.result()
+        time, bands = self._bands.result()
         stamps = self._clock.result()
-        shares = self.shares.result()
         check = self._checker.result()
         contacts, share = self._residuals.contacts()
         if share > MOST or check is not None and any(one.refuses for one in check.problems):
             contacts = []  # errors of the model would be reported as contact
         return Evaluation(
-            name=recording.name, topic=recording.topic, arm=recording.arm,
-            duration=stamps.duration, rate=stamps.rate, counts=counts,
-            notices=tuple(self._notices(stamps, check, contacts)),
-            methods=_results(self.errors, METHODS),
-            estimators=_results(self.errors, ESTIMATORS),
-            shares={name: shares[name] for name in TERMS if name in shares},
-            time=time, bands=bands, check=check, contacts=tuple(contacts))
+            **vars(self._statistics[0].result()) | {'arm': recording.arm},
+            name=recording.name, topic=recording.topic,
+            duration=stamps.duration, rate=stamps.rate,
+            counts={getattr(key, 'value', key): n for key, n in self.predictor.counts.items()},
+            notices=tuple(self._notices(stamps, check, contacts)), time=time, bands=bands,
+            check=check, contacts=tuple(contacts))
 
     def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',
                  contacts: list[Contact]) -> Iterator[Notice]:
@@ -161,15 +158,15 @@ class _ThinnedResiduals:
     """Residuals at 25 Hz in single precision: an hour of them is 6 MB."""
 
     def __init__(self) -> None:
-        self._last = -_SPACING
+        self._last = -1.0  # interval of the latest residual
         self._parts: list[tuple[Array, Any, Any]] = []
 
     def add(self, time: Array, residual: Array, q: Array) -> None:
         """Add samples (n,), (n, 7), (n, 7), most of which are dropped."""
-        step = np.floor(time / _SPACING)
-        new = np.flatnonzero(np.diff(step, prepend=np.floor(self._last / _SPACING)))
+        intervals = np.floor(time / _SPACING)
+        new = np.flatnonzero(np.diff(intervals, prepend=self._last))
         if len(new):
-            self._last = time[new[-1]]
+            self._last = intervals[-1]
             self._parts.append((time[new], residual[new].astype(np.float32),
                                 q[new].astype(np.float32)))
 
@@ -180,8 +177,3 @@ class _ThinnedResiduals:
         time, residual, q = (np.concatenate(column) for column in zip(*self._parts))
         contacts = find_contacts(time, residual, q)
         return contacts, float(contact_rows(time, contacts).mean())
-
-
-def _results(errors: dict[str, RunningErrors], names: tuple[str, ...]) -> Errors:
-    results = {name: errors[name].result() for name in names}
-    return {name: result for name, result in results.items() if result is not None}

@@ -1,7 +1,7 @@
 """Results of the evaluation of one recording."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from .contact_intervals import Contact
 from .data_check import DataCheck
@@ -34,40 +34,26 @@ class Band(NamedTuple):
 Errors = dict[str, ErrorStatistics]  # by the name of a method or an estimator
 
 
-class Statistics(Protocol):
-    """Results over one recording or several; see :class:`Evaluation`."""
+@dataclass(frozen=True, eq=False)
+class Statistics:
+    """Results over one recording or several."""
 
-    @property
-    def arm(self) -> str:
-        """Return the arm."""
-
-    @property
-    def methods(self) -> Errors:
-        """Return the errors of each method."""
-
-    @property
-    def estimators(self) -> Errors:
-        """Return the errors with each estimator."""
-
-    @property
-    def shares(self) -> dict[str, Array]:
-        """Return the RMS of each term of the predicted effort."""
+    arm: str  # or both arms
+    methods: Errors  # of each of METHODS; empty if there is no valid effort
+    estimators: Errors  # of the Lagrange-Euler effort with each of ESTIMATORS
+    shares: dict[str, Array]  # each of TERMS -> its RMS, (7,) [N m]; empty without predictions
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluation:
+class Evaluation(Statistics):
     """Results for one recording."""
 
     name: str
     topic: str
-    arm: str
     duration: float  # time with predictions, without gaps [s]
     rate: float  # predictions per second in that time, one per joint state [Hz]
     counts: dict[Any, int]  # event value (str), 'received', 'taken' and 'predicted'
     notices: tuple[Notice, ...]  # to read before the numbers; those of the data check first
-    methods: Errors  # of each of METHODS; empty if there is no valid effort
-    estimators: Errors  # of the Lagrange-Euler effort with each of ESTIMATORS
-    shares: dict[str, Array]  # each of TERMS -> its RMS, (7,) [N m]
     time: Array  # (m,) middle of each interval of the bands, since the start [s]
     # Each of METHODS and 'measured' (effort), 'error_' + each of METHODS and ESTIMATORS [N m].
     bands: dict[str, Band]

@@ -1,6 +1,6 @@
 """Notices about recordings and fits."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -12,10 +12,6 @@ class Notice:
     joints: tuple[str, ...] = ()  # joints concerned; empty for all or none
     recording: str = ''  # recording concerned; empty for all
     refuses: bool = False  # whether a calibration must not use the data
-
-    def about(self, recording: str) -> 'Notice':
-        """Return the notice with the name of its recording."""
-        return replace(self, recording=recording)
 
     def __str__(self) -> str:
         """Return the text, preceded by the recording if there is one."""

@@ -17,8 +17,7 @@ NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
 _CHECKED = 1000  # unknown names to look for a misspelling in, which takes time
 _DIGITS = 7  # significant digits written; more than any calibration can determine
-# Parameters of every node.
-_OF_ALL_NODES = {'use_sim_time': bool, 'start_type_description_service': bool}
+_OF_ALL_NODES = ('use_sim_time', 'start_type_description_service')  # true or false
 
 
 class ParameterFileError(BaxterDynamicsError):
@@ -45,24 +44,28 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
         If a file cannot be read, or the node would refuse its parameters.
 
     """
-    if isinstance(paths, (str, Path)):
-        paths = [paths]
-    paths = list(paths)
+    paths = [paths] if isinstance(paths, (str, Path)) else list(paths)
     files = RclParameters()
     for path in paths:
         try:
             files.read(_contents(Path(path)))
-        except RclError as error:
-            raise ParameterFileError(f'{path}: {error}') from None
+        except (RclError, yaml.YAMLError, ValueError, RecursionError) as error:
+            raise ParameterFileError(f'{path}: {_reason(error)}') from None
     names = ', '.join(map(str, paths))
     given = files.of('/' + node.strip('/'))
     if paths and not given:
         others = ', '.join(files.nodes) or 'no node'
         warn(f'{names}: no parameters for {node}, only for {others}: using the defaults')
     try:
-        return _settings(given, lambda line: warn(f'{names}: {line}'))
+        ignored = _ignored(given)
+        values = {name: given[name] for name in DEFAULTS if name in given}
+        PredictorSettings.from_parameters(values)
     except BaxterDynamicsError as error:
         raise ParameterFileError(f'{names}: {error}') from None
+    if ignored:
+        more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
+        warn(f'{names}: ignoring {", ".join(ignored[:3])}{more}: not parameters of the predictor')
+    return values
 
 
 def write_parameters(path: str | Path, settings: PredictorSettings,
@@ -87,7 +90,6 @@ def write_parameters(path: str | Path, settings: PredictorSettings,
 
 
 def _contents(path: Path) -> bytes:
-    """Return the contents of a regular file of sensible size."""
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
@@ -100,27 +102,28 @@ def _contents(path: Path) -> bytes:
         raise ParameterFileError(f'{path}: cannot be read ({error.strerror})') from None
 
 
-def _settings(given: dict[str, Any], warn: Callable[[str], object]) -> dict[str, Any]:
-    """Return the settings among a node's parameters, validated as by the node."""
-    values: dict[str, Any] = {}
+def _reason(error: Exception) -> str:
+    if isinstance(error, RclError):
+        return str(error)
+    mark = getattr(error, 'problem_mark', None)
+    where = f' at line {mark.line + 1}' if mark else ''
+    problem = getattr(error, 'problem', None) or getattr(error, 'reason', type(error).__name__)
+    return f'invalid YAML{where}: {problem}'
+
+
+def _ignored(given: dict[str, Any]) -> list[str]:
+    """Return the names that are no parameters of the node; refuse misspelt names, wrong types."""
     ignored: list[str] = []
     for name, value in given.items():
-        if name in DEFAULTS:
-            _check_type(name, value, DEFAULTS[name])
-            values[name] = value
-        elif name in _OF_ALL_NODES:
-            _check_type(name, value, _OF_ALL_NODES[name]())
+        if name in DEFAULTS or name in _OF_ALL_NODES:
+            _check_type(name, value, DEFAULTS.get(name, True))
         elif not name.startswith('qos_overrides.'):
             similar = len(ignored) < _CHECKED and get_close_matches(
                 name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
             if similar:
                 raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)
-    if ignored:
-        more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
-        warn(f'ignoring {", ".join(ignored[:3])}{more}: not parameters of the predictor')
-    PredictorSettings.from_parameters(values)
-    return values
+    return ignored
 
 
 def _check_type(name: str, value: Any, default: Any) -> None:

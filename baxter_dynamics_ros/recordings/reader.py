@@ -4,13 +4,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from .array_files import ArrayRecording, read_csv, read_npz
+from .array_files import ArrayRecording, read_arrays
 from .bags import BagRecording
-from .diagnosis import bag_error, refuse_special_file
+from .recording import BagError
 
 AnyRecording: TypeAlias = BagRecording | ArrayRecording
 Recordings: TypeAlias = Sequence[AnyRecording]
-_READERS = {'.npz': read_npz, '.csv': read_csv}
 
 
 def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
@@ -35,13 +34,9 @@ def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
     """
     recordings: list[AnyRecording] = []
     for path in map(Path, paths):
-        try:
-            refuse_special_file(path)
-        except OSError as error:
-            raise bag_error(path, error) from None
-        if path.suffix in _READERS:
-            file = _READERS[path.suffix](path)
-            recordings += [ArrayRecording(file, i, arm) for i in range(len(file.recordings))]
-        else:
-            recordings.append(BagRecording(path, topic, arm))
+        if not path.is_file() and not path.is_dir():
+            raise BagError(f'{path}: is neither a file nor a folder' if path.exists()
+                           else f'{path}: no such file or folder')
+        recordings += (read_arrays(path, arm) if path.suffix in ('.npz', '.csv')
+                       else [BagRecording(path, topic, arm)])
     return recordings

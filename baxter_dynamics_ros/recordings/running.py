@@ -1,8 +1,8 @@
-"""Running statistics of a recording, in memory that does not grow with it."""
+"""Running statistics of recordings, in memory that does not grow with them."""
 
 import numpy as np
 
-from .evaluation_results import ErrorStatistics
+from .evaluation_results import Errors, ErrorStatistics, ESTIMATORS, METHODS, Statistics, TERMS
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
@@ -12,71 +12,70 @@ class RunningErrors:
 
     def __init__(self) -> None:
         self._count = 0
-        self._absolute = np.zeros(N_JOINTS)
-        self._mean = np.zeros((2, N_JOINTS))  # of measured and predicted effort [N m]
-        self._scatter = np.zeros((2, 2, N_JOINTS))  # sums of products about the mean [N^2 m^2]
+        self._origin = np.zeros(N_JOINTS)  # first measured effort, so that sums do not cancel
+        self._sums = np.zeros((8, N_JOINTS))
 
     def add(self, measured: Array, predicted: Array) -> None:
         """Add n samples of measured and predicted effort, each (n, 7) [N m]."""
-        n = len(measured)
-        if not n:
+        if not len(measured):
             return
-        both = np.stack([measured, predicted])
-        mean = both.mean(1)
-        about = both - mean[:, None]
-        self._merge(n, np.abs(measured - predicted).sum(0), mean,
-                    np.einsum('anj,bnj->abj', about, about))
-
-    def include(self, other: 'RunningErrors') -> None:
-        """Add the samples of another."""
-        if other._count:
-            self._merge(other._count, other._absolute, other._mean, other._scatter)
-
-    def _merge(self, count: int, absolute: Array, mean: Array, scatter: Array) -> None:
-        """Pool two sets of moments without cancellation (Chan, Golub and LeVeque 1979)."""
-        total = self._count + count
-        shift = mean - self._mean
-        self._scatter += scatter + shift[:, None] * shift[None] * (self._count * count / total)
-        self._mean += shift * (count / total)
-        self._absolute += absolute
-        self._count = total
+        if not self._count:
+            self._origin = measured[0]
+        self._count += len(measured)
+        error, m, p = measured - predicted, measured - self._origin, predicted - self._origin
+        self._sums += [x.sum(0) for x in (np.abs(error), error, error * error, m, p, m * m, p * p,
+                                          m * p)]
 
     def result(self) -> 'ErrorStatistics | None':
         """Return the statistics; None without samples."""
         if not self._count:
             return None
-        error = self._mean[0] - self._mean[1]
-        scatter = self._scatter
-        spread = np.maximum(scatter[0, 0] + scatter[1, 1] - 2 * scatter[0, 1], 0.0)
-        with np.errstate(invalid='ignore', divide='ignore'):
-            correlation = scatter[0, 1] / np.sqrt(scatter[0, 0] * scatter[1, 1])
-        return ErrorStatistics(
-            count=self._count,
-            rms=np.sqrt(spread / self._count + error ** 2),
-            mean_abs=self._absolute / self._count,
-            signed_mean=error,
-            correlation=correlation)
+        mean_abs, signed_mean, square, m, p, mm, pp, mp = self._sums / self._count
+        variances = [np.where(x > 1e-12, x, np.nan) for x in (mm - m * m, pp - p * p)]
+        return ErrorStatistics(self._count, np.sqrt(square), mean_abs, signed_mean,
+                               (mp - m * p) / np.sqrt(variances[0] * variances[1]))
 
 
-class RunningSquares:
-    """Running RMS of several signals."""
+class RunningStatistics:
+    """Running errors of each method and estimator, and RMS of each term."""
 
     def __init__(self) -> None:
+        self._arms: set[str] = set()
+        self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
+        self._squares = {name: np.zeros(N_JOINTS) for name in TERMS}
         self._count = 0
-        self._squares: dict[str, Array] = {}
 
-    def add(self, **signals: Array) -> None:
-        """Add n samples of each signal, (n, 7)."""
-        for name, values in signals.items():
-            self._squares[name] = self._squares.get(name, 0.0) + (values * values).sum(0)
+    def add(self, arm: str, efforts: dict[str, tuple[Array, Array]],
+            terms: dict[str, Array]) -> None:
+        """
+        Add n samples of an arm.
+
+        Parameters
+        ----------
+        arm : str
+            'right' or 'left'.
+        efforts : dict
+            Name of a method or an estimator to measured and predicted effort, (n, 7) [N m]; rows
+            with NaN are left out.
+        terms : dict
+            Each term of the predicted effort, (n, 7) [N m].
+
+        """
+        self._arms.add(arm)
+        for name, pair in efforts.items():
+            valid = np.isfinite(pair[0][:, 0]) & np.isfinite(pair[1][:, 0])
+            self._errors[name].add(*(x[valid] for x in pair))
+        for name, values in terms.items():
+            self._squares[name] += (values * values).sum(0)
         self._count += len(values)
 
-    def include(self, other: 'RunningSquares') -> None:
-        """Add the samples of another."""
-        for name, squares in other._squares.items():
-            self._squares[name] = self._squares.get(name, 0.0) + squares
-        self._count += other._count
+    def result(self) -> Statistics:
+        """Return the statistics of all samples so far."""
+        shares = {name: np.sqrt(squares / self._count)
+                  for name, squares in self._squares.items() if self._count}
+        return Statistics(', '.join(sorted(self._arms)), self._results(METHODS),
+                          self._results(ESTIMATORS), shares)
 
-    def result(self) -> dict[str, Array]:
-        """Return signal name -> RMS (7,)."""
-        return {name: np.sqrt(squares / self._count) for name, squares in self._squares.items()}
+    def _results(self, names: tuple[str, ...]) -> Errors:
+        results = {name: self._errors[name].result() for name in names}
+        return {name: result for name, result in results.items() if result is not None}

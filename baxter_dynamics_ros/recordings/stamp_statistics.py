@@ -32,7 +32,7 @@ class StampClock:
         self._now = 0.0  # end of the time axis [s]
         self._intervals: list[Array] = []  # [s]
 
-    def elapsed(self, stamps_ns: Indices, intervals: 'Array | None' = None) -> Array:
+    def elapsed(self, stamps_ns: Indices, intervals: Array) -> Array:
         """
         Return the time since the first stamp (n,) [s], constant where stamps go back.
 
@@ -40,17 +40,15 @@ class StampClock:
         ----------
         stamps_ns : ndarray (n,)
             Stamps [ns].
-        intervals : ndarray (n,), optional
-            Time from the previous message to that of each stamp [s], if stamps of some messages
-            are left out.
+        intervals : ndarray (n,)
+            Time since the previous message, which may have been left out [s].
 
         """
         first = stamps_ns[0] if self._last is None else self._last
-        dt: Array = np.diff(stamps_ns, prepend=first) * 1e-9
         self._last = stamps_ns[-1]
-        intervals = dt if intervals is None else intervals
         self._intervals.append(intervals[(intervals > 0.0) & (intervals <= GAP)])
-        time: Array = self._now + np.cumsum(np.maximum(dt, 0.0))
+        steps = np.maximum(np.diff(stamps_ns, prepend=first), 0)
+        time: Array = self._now + np.cumsum(steps * 1e-9)
         self._now = float(time[-1])
         return time
 

@@ -39,8 +39,9 @@ class VelocitySums:
     """Running sums for lag and scale over any number of recordings."""
 
     def __init__(self) -> None:
-        self._lag = np.zeros((2, N_JOINTS))  # shortfall * change of velocity, and its square
-        self._scale = np.zeros((2, N_JOINTS))  # travel * integral, and its square
+        # Sums of y x and x^2 of two straight lines through the origin.
+        self._lag = np.zeros((2, N_JOINTS))  # shortfall of position over change of velocity
+        self._scale = np.zeros((2, N_JOINTS))  # travel over integrated velocity
 
     def add(self, time: Array, q: Array, qd: Array) -> None:
         """
@@ -62,35 +63,40 @@ class VelocitySums:
         if period <= 0.0 or len(t) * period < 3 * _INTERVAL or not np.isfinite(qd).all():
             return
         n = max(round(_INTERVAL / period), 1)
-        step = 0.5 * np.diff(t)[:, None] * (qd[1:] + qd[:-1])
-        integral = np.concatenate([np.zeros((1, N_JOINTS)), np.cumsum(step, axis=0)])
         k = max(round(_SLOPE / period), 2)
+        steps = 0.5 * np.diff(t)[:, None] * (qd[1:] + qd[:-1])
+        integral = np.cumsum(np.concatenate([np.zeros((1, N_JOINTS)), steps]), axis=0)
         velocity = (q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None]
         moves = np.ptp(q, axis=0) > TRAVEL
-        shortfall, change = (_centered(x[n:] - x[:-n]) * moves
-                             for x in ((q - integral)[k:-k], velocity))
-        self._lag += np.sum([shortfall * change, change * change], axis=1)
-        travel, integrated = (_centered(x[n:] - x[:-n]) * moves for x in (q, integral))
-        self._scale += np.sum([travel * integrated, integrated * integrated], axis=1)
+
+        def change(values: Array) -> Array:
+            """Return changes over the interval, less their mean; zero at rest."""
+            changes = values[n:] - values[:-n]
+            return (changes - changes.mean(0)) * moves
+
+        for sums, x, y in ((self._lag, velocity, (q - integral)[k:-k]),
+                           (self._scale, integral, q)):
+            x, y = change(x), change(y)
+            sums += np.sum([y * x, x * x], axis=1)
 
     def lag(self) -> 'Lag | None':
         """Return the lag; None if no joint moved or no velocity was measured."""
-        product, square = self._lag
-        if not square.any():
+        lags = _slopes(self._lag)
+        known = lags[np.isfinite(lags)]
+        if not len(known):
             return None
-        moves = square > 1e-3 * square.max()
-        lags = np.full(N_JOINTS, np.nan)
-        lags[moves] = product[moves] / square[moves]
-        value = float(np.median(lags[moves]))
-        spread = float(np.std(lags[moves], ddof=1)) if moves.sum() > 1 else abs(value)
-        return Lag(value, spread / float(np.sqrt(moves.sum())), lags)
+        value = float(np.median(known))
+        spread = float(np.std(known, ddof=1)) if len(known) > 1 else abs(value)
+        return Lag(value, spread / float(np.sqrt(len(known))), lags)
 
     def scale(self) -> float:
         """Return travel over integrated velocity, as median over the joints; NaN if unknown."""
-        product, square = self._scale
-        moves = square > 1e-3 * square.max()
-        return float(np.median(product[moves] / square[moves])) if square.any() else np.nan
+        scales = _slopes(self._scale)
+        return float(np.nanmedian(scales)) if np.isfinite(scales).any() else np.nan
 
 
-def _centered(values: Array) -> Array:
-    return values - values.mean(0)
+def _slopes(sums: Array) -> Array:
+    """Return the slope for each joint (7,), NaN for a joint that hardly moves."""
+    product, square = sums
+    moves = square > 1e-3 * square.max()
+    return np.divide(product, square, out=np.full(N_JOINTS, np.nan), where=moves)

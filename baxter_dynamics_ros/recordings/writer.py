@@ -1,19 +1,17 @@
 """Writer of joint states, such as predictions for a recording, to a new rosbag2 folder."""
 
-from collections.abc import Iterable
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import struct
-from typing import Any
 
 import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import get_typestore, Stores
 
-from .diagnosis import BagError
-from .playback import Recording
+from .recording import BagError, Recording
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
@@ -25,44 +23,12 @@ _TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 
 class BagWriter:
-    """
-    Writer of a new rosbag2 folder (MCAP); a context manager.
+    """Writer of joint states to an open bag; see :func:`new_bag`."""
 
-    The folder appears when the block ends without an exception.
-
-    Parameters
-    ----------
-    path : Path
-        The folder. It must not exist; its parent must.
-
-    Raises
-    ------
-    BagError
-        If the folder exists or cannot be written; also from the methods.
-
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = Path(path)
-        self._refuse_existing()
-        if not os.path.isdir(self.path.parent):
-            raise BagError(f'{self.path}: no folder {self.path.parent}')
+    def __init__(self, path: Path, bag: Writer) -> None:
+        self.path = path
+        self._bag = bag
         self._connections: dict[str, Connection] = {}  # by topic
-        self._stack = ExitStack()
-
-    def __enter__(self) -> 'BagWriter':
-        """Begin a hidden folder beside the target."""
-        with ExitStack() as stack:
-            stage = stack.enter_context(staged(self.path.parent, self.path.name))
-            stack.callback(self._refuse_existing)  # it may have been created meanwhile
-            self._writer = stack.enter_context(Writer(
-                stage / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP))
-            self._stack = stack.pop_all()
-        return self
-
-    def __exit__(self, *exception: Any) -> None:
-        """Complete the folder, or remove it after an exception."""
-        self._stack.__exit__(*exception)
 
     def joint_state(self, topic: str, stamp_ns: int, names: Iterable[str], position: ArrayLike,
                     velocity: ArrayLike = (), effort: ArrayLike = (),
@@ -81,16 +47,40 @@ class BagWriter:
                                for array in (position, velocity, effort)))
             raw = _TYPES.serialize_cdr(message, JOINT_STATE)
             if topic not in self._connections:
-                self._connections[topic] = self._writer.add_connection(
+                self._connections[topic] = self._bag.add_connection(
                     topic, JOINT_STATE, typestore=_TYPES)
-            self._writer.write(self._connections[topic],
-                               stamp_ns if received_ns is None else received_ns, raw)
+            self._bag.write(self._connections[topic],
+                            stamp_ns if received_ns is None else received_ns, raw)
         except (OverflowError, WriterError, struct.error) as error:
             raise BagError(f'{self.path}: {topic}: cannot be written ({error})') from None
 
-    def _refuse_existing(self) -> None:
-        if os.path.lexists(self.path):
-            raise BagError(f'{self.path}: exists; choose a new folder or remove it first')
+
+@contextmanager
+def new_bag(path: str | Path) -> Iterator[BagWriter]:
+    """
+    Provide a writer of a new rosbag2 folder (MCAP).
+
+    The folder appears when the block ends without an exception.
+
+    Parameters
+    ----------
+    path : Path
+        The folder. It must not exist; its parent must.
+
+    Raises
+    ------
+    BagError
+        If the folder exists or cannot be written; also from the methods of the writer.
+
+    """
+    path = Path(path)
+    _refuse_existing(path)
+    if not path.parent.is_dir():
+        raise BagError(f'{path}: no folder {path.parent}')
+    with staged(path.parent, path.name) as stage:
+        with Writer(stage / path.name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+            yield BagWriter(path, bag)
+        _refuse_existing(path)  # it may have been created meanwhile
 
 
 def save_predictions(recording: Recording, settings: PredictorSettings, writer: BagWriter,
@@ -98,8 +88,8 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
     """Write predicted effort, residual and external effort as a node would publish them."""
     predictor = Predictor(settings, external=True)
     names = joint_names(recording.arm)
-    for stamp_ns, joints, position, velocity, effort, received_ns in recording:
-        step = predictor.handle(stamp_ns, joints, position, velocity, effort)
+    for state in recording:
+        step = predictor.handle(*state)
         prediction, external = step.prediction, step.external
         for topic, result, values in (
                 ('predicted_effort', prediction, prediction and prediction.effort),
@@ -107,4 +97,9 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
                 ('external_effort', external, external and external.effort)):
             if result is not None and values is not None:
                 writer.joint_state(f'{node}/{topic}', result.stamp_ns, names, result.q, result.qd,
-                                   values, received_ns, BASE_FRAME)
+                                   values, state.received_ns, BASE_FRAME)
+
+
+def _refuse_existing(path: Path) -> None:
+    if os.path.lexists(path):
+        raise BagError(f'{path}: exists; choose a new folder or remove it first')

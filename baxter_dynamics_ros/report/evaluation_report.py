@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 import re
-from typing import NamedTuple
 
 from . import evaluation_tables
 from .drawing import styled
@@ -13,22 +12,12 @@ from .findings import findings
 from .page import render
 from .summary import summary_csv, summary_json
 from ..files import write_files
-from ..model.arrays import Array
 from ..model.joints import JOINTS
-from ..recordings.evaluation_results import Errors, Evaluation
-
-
-class Total(NamedTuple):
-    """Statistics over several recordings; see :class:`Evaluation`."""
-
-    arm: str
-    methods: Errors
-    estimators: Errors
-    shares: dict[str, Array]
+from ..recordings.evaluation_results import Evaluation, Statistics
 
 
 def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
-                     total: Total | Evaluation, command: str, parameters: str) -> None:
+                     total: Statistics, command: str, parameters: str) -> None:
     """
     Write summary.csv and summary.json; then draw and write figures/*.svg and report.html.
 
@@ -38,8 +27,8 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
         Created if missing; other files in it stay.
     evaluations : sequence of Evaluation
         At least one, each of one recording.
-    total : Total or Evaluation
-        Statistics over all recordings; the Evaluation itself if there is one.
+    total : Statistics
+        Statistics over all recordings.
     command : str
         Command line.
     parameters : str

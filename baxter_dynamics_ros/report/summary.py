@@ -29,7 +29,7 @@ def summary_json(evaluations: Sequence[Evaluation], total: Statistics, command: 
     ----------
     evaluations : sequence of Evaluation
         One per recording.
-    total : Total or Evaluation
+    total : Statistics
         Statistics over all of them.
     command, parameters : str
         Command line and parameter file.

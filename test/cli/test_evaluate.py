@@ -175,8 +175,8 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
     (['--params', 'none.yaml'], 'none.yaml: cannot be read (No such file or directory)'),
     (['--params', 'left.yaml'], 'run: /robot/joint_states has no joints of the left arm, only '
      'right_e0, right_e1, right_s0, right_s1, right_w0, right_w1, right_w2'),
-    (['--topic', '/none'], 'run: has no messages on /none; joint states are on '
-     '/robot/joint_states'),
+    (['--topic', '/none'], 'run: no joint states in CDR or ROS 1 encoding on /none; it has '
+     '/robot/joint_states (sensor_msgs/msg/JointState, cdr)'),
     (['run', '--save-bag', 'new'], '--save-bag: expected one recording, got 2'),
 ], ids=lambda value: ' '.join(value) if isinstance(value, list) else '')
 def test_a_refusal_is_one_line_and_writes_nothing(

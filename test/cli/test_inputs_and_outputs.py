@@ -17,27 +17,27 @@ def evaluated(make_bag):
     pytest.importorskip('pinocchio', reason='needs Pinocchio: pip install ".[offline]"')
 
     def run(messages):
+        from baxter_dynamics_ros.estimation.settings import PredictorSettings
         from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
         from baxter_dynamics_ros.recordings.reader import open_recordings
         (recording,) = open_recordings([make_bag(messages)], None, None)
         with recording:
-            evaluation = Evaluator({}).evaluate(recording)
+            evaluation = Evaluator(PredictorSettings()).evaluate(recording)
         errors = evaluation.methods['lagrange_euler']
-        return errors.count, errors.rms, [*recording.remarks, *map(str, evaluation.notices)]
+        return errors.count, errors.rms, [*map(str, evaluation.notices)]
     return run
 
 
 @pytest.mark.parametrize('change, told', [
-    (lambda i, stamp: 0, '300 of 300 messages have no stamp: using times of recording'),
-    (lambda i, stamp: 10**18, 'all stamps are the same: using times of recording'),
-    (lambda i, stamp: 0 if i < 100 else stamp + 1000, '100 of 300 messages have no stamp'),
-], ids=['zero', 'still', 'some zero'])
-def test_unusable_stamps_are_replaced_by_times_of_recording(evaluated, moving_arm, change, told):
+    (lambda i, stamp: 0, '600 x unstamped: header stamps are zero: using the time of receipt'),
+    (lambda i, stamp: 0 if i < 100 else stamp + 1000, '100 x unstamped'),
+], ids=['zero', 'some zero'])
+def test_zero_stamps_are_replaced_by_times_of_recording(evaluated, moving_arm, change, told):
     count, rms, warnings = evaluated([
         (topic, received, (change(i, content[0]), *content[1:]))
-        for i, (topic, received, content) in enumerate(moving_arm(300))])
+        for i, (topic, received, content) in enumerate(moving_arm(600))])
     assert any(told in warning for warning in warnings), warnings
-    assert count == 300 - 21 and np.max(rms) < 0.2
+    assert 300 < count < 600 - 21 and np.max(rms) < 0.2  # without the time of detection
 
 
 def test_lost_messages_are_not_times_of_arrival(evaluated, moving_arm):
@@ -49,16 +49,10 @@ def test_lost_messages_are_not_times_of_arrival(evaluated, moving_arm):
     assert not any('times of arrival' in warning for warning in warnings)
 
 
-def test_the_arm_is_found_behind_other_messages(command, evaluated, make_bag, moving_arm,
-                                                tmp_path):
+def test_the_arm_is_found_behind_other_messages(evaluated, moving_arm):
     grippers = [('/robot/joint_states', 10**17 + i, (10**17 + i, ['gripper'], *np.zeros((3, 1))))
                 for i in range(1200)]
     assert evaluated(grippers + moving_arm(60))[0] == 60 - 21
-    other = make_bag(grippers + moving_arm(60, topic='/joint_states'), name='other')
-    code, _, err = command('evaluate', other, '--output', tmp_path / 'other_report')
-    assert code == 1
-    assert err.endswith('/robot/joint_states has no joints of an arm, only gripper; choose '
-                        '--topic /joint_states\n')
 
 
 @pytest.mark.parametrize('arguments, line', [

@@ -21,14 +21,14 @@ def under(node, *lines):
 
 
 MASS = {value: under(WILD, f'payload.mass: {value}') for value in (
-    '0.3', '3e-1', '1', '1_0.0', '0x1p-2', '.5', '+0.5', '2.', '"0.3"', '!!str 0.3', '!!float abc',
+    '0.3', '3e-1', '1', '1_0.0', '.5', '+0.5', '2.', '"0.3"', '!!str 0.3', '!!float abc',
     '&anchor 0.3', '2001-01-01', 'null', '.nan', 'inf', '1e400', '9' * 5000, '012', '[0.3]', '[]',
     '12:30', '')}
 BOOLEAN = {value: under(WILD, f'effort_model: {{enabled: {value}}}') for value in (
     'n', 'Off', 'NO', 'y', 'nO', '0', "'true'")}
 GRAVITY = {value: under(WILD, f'gravity: {value}') for value in (
-    '[0.0, 1e-3, -9.81]', '[0, 0, -9.81]', '[0, 0, -10]', '[0.0, 0.0]', '[[0.0, 0.0, -9.0]]',
-    '[[0.0], [0.0]]', '[0.0, -0.0, on]')}
+    '[0.0, 1e-3, -9.81]', '[0, 0, -9.81]', '[0, 0, -10]', '[0.0, 0.0]', '[[0.0], [0.0]]',
+    '[0.0, -0.0, on]')}
 NODES = {
     'other namespaces': under(OTHER, 'payload.mass: 0.3') + under(
         '/robot2/torque_predictor:\n', 'payload.mass: 0.9'),
@@ -47,7 +47,7 @@ NODES = {
     'merged mapping': 'a: &a {x: 1.0}\n/**:\n  ros__parameters: {<<: *a}',
     'bad name': under('/robot-1/torque_predictor:\n', 'payload.mass: 0.3'),
     'no name': 'ros__parameters:\n  payload.mass: 0.3', 'no parameters': WILD + '  x: 1',
-    'not YAML': WILD + '\tros__parameters: {}', 'not text': '\udcff', 'empty': '', 'text': 'hello',
+    'not YAML': WILD + '\tros__parameters: {}', 'not text': '\udcff', 'empty': '',
     'list': '- 1', 'empty parameters': WILD + '  ros__parameters: {}',
     'empty group': under(WILD, 'payload: {}', 'arm: left'),
     'of every node': under(WILD, 'use_sim_time: true', 'start_type_description_service: true',

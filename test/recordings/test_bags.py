@@ -1,4 +1,4 @@
-"""Joint states out of bags of every kind, in the order of recording."""
+"""Reading of joint states from bags of every kind."""
 
 import sqlite3
 
@@ -62,7 +62,7 @@ def test_one_file_of_a_folder(make_bag, kind, ending):
 
 
 @pytest.mark.parametrize('kind', KINDS)
-def test_order_is_that_of_receipt(make_bag, rng, kind):
+def test_messages_come_in_the_order_of_receipt(make_bag, rng, kind):
     messages = states(40)
     mixed = [messages[i] for i in rng.permutation(40)]
     with BagRecording(make_bag(mixed, kind)) as recording:
@@ -70,7 +70,7 @@ def test_order_is_that_of_receipt(make_bag, rng, kind):
 
 
 @pytest.mark.parametrize('kind', KINDS)
-def test_content_is_not_judged(make_bag, kind):
+def test_odd_contents_are_passed_on(make_bag, kind):
     nan = np.full(7, np.nan)
     messages = [(TOPIC, START + i, (i + 1, names, *arrays)) for i, (names, *arrays) in enumerate([
         (RIGHT, nan, nan, nan), (RIGHT, [], [], []), (RIGHT, [1.0], [2.0, 3.0], []),
@@ -79,7 +79,7 @@ def test_content_is_not_judged(make_bag, kind):
         assert_played(recording, messages)
 
 
-def test_topics_of_ros1_have_several_publishers(make_bag, tmp_path):
+def test_all_publishers_of_a_ros1_topic_are_read(make_bag, tmp_path):
     from rosbags.rosbag1 import Reader, Writer
     arms, grippers = states(30), states(10, GRIPPER, start=START + 1)
     messages = sorted(arms + grippers, key=lambda message: message[1])
@@ -94,8 +94,8 @@ def test_topics_of_ros1_have_several_publishers(make_bag, tmp_path):
         assert_played(recording, messages)
 
 
-def test_bag_of_old_without_definitions(make_bag, tmp_path):
-    """As Foxy recorded them: neither definitions nor hashes."""
+def test_bags_without_message_definitions_are_read(make_bag, tmp_path):
+    """As recorded by Foxy: neither definitions nor hashes."""
     messages = states(8)
     path = make_bag(messages, 'sqlite3', 'new')
     old = tmp_path / 'old'
@@ -132,19 +132,20 @@ rosbag2_bagfile_information:
     ({TOPIC: LEFT, '/other': RIGHT}, None, 'left', (TOPIC, 'left')),
     ({TOPIC: ROBOT, '/other': RIGHT}, '/other', None, ('/other', 'right')),
     ({TOPIC: ROBOT}, None, 'left', (TOPIC, 'left')),
+    ({TOPIC: GRIPPER, '/a': LEFT}, None, None, ('/a', 'left')),
     ({TOPIC: ROBOT}, TOPIC, 'right', (TOPIC, 'right')),
     ({'/joint_states': LEFT}, None, None, ('/joint_states', 'left')),
     ({'/joint_states': LEFT, '/gripper': GRIPPER}, None, None, ('/joint_states', 'left')),
     ({'/a': LEFT, '/b': RIGHT}, None, 'right', ('/b', 'right')),
     ({'/a': LEFT[:1]}, None, None, ('/a', 'left'))])
-def test_topic_and_arm(make_bag, topics, topic, arm, wanted):
+def test_topic_and_arm_are_found(make_bag, topics, topic, arm, wanted):
     messages = [message for name, joints in topics.items() for message in states(3, joints, name)]
     with BagRecording(make_bag(messages), topic, arm) as recording:
         assert (recording.topic, recording.arm) == wanted
         assert_played(recording, [message for message in messages if message[0] == wanted[0]])
 
 
-def test_the_arm_is_found_behind_gripper_messages(make_bag):
+def test_arm_is_found_after_many_gripper_messages(make_bag):
     grippers = states(900, GRIPPER)
     with BagRecording(make_bag(grippers + states(3, LEFT, start=START + 10**12))) as recording:
         assert recording.arm == 'left'

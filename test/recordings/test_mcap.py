@@ -1,4 +1,4 @@
-"""MCAP files as other writers than rosbag2 make them."""
+"""MCAP files of writers other than rosbag2."""
 
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bags import BagRecording  # noqa: E402, I100
-from baxter_dynamics_ros.recordings.diagnosis import BagError  # noqa: E402
+from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 from mcap.reader import make_reader  # noqa: E402
 from mcap.writer import IndexType, Writer  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
@@ -46,7 +46,7 @@ def rewrite(make_bag, tmp_path):
 
 
 def to_ros1(raw):
-    """Return a joint state as ROS 1 lays it out."""
+    """Return a joint state in the format of ROS 1."""
     message = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(raw, JOINT_STATE)
     store = get_typestore(Stores.ROS1_NOETIC)
     header = store.types['std_msgs/msg/Header'](7, message.header.stamp, 'base')
@@ -93,9 +93,10 @@ def test_compressed_files_are_read(make_bag, tmp_path):
 
 
 @pytest.mark.parametrize('options, reason', [
-    ({'encoding': 'json'}, f'the joint states on {TOPIC} are encoded as json; only CDR and ROS 1'),
+    ({'encoding': 'json'},
+     rf'no joint states in .*; it has {TOPIC} \(sensor_msgs/msg/JointState, json\)'),
     ({'schema': ('foxglove.JointStates', 'protobuf'), 'encoding': 'protobuf'},
-     f'no topic has joint states; there are {TOPIC}$'),
+     rf'no joint states in .*; it has {TOPIC} \(foxglove.JointStates, protobuf\)$'),
     ({'change': lambda raw: bytes(raw)[:-20]}, f'{TOPIC}: the message received at .* is not a '),
 ])
 def test_other_encodings_are_refused_with_the_reason(rewrite, options, reason):

@@ -1,4 +1,4 @@
-"""The robot's stamps are told from times of arrival, whatever else is wrong with them."""
+"""The robot's own stamps are distinguished from times of arrival."""
 
 from baxter_dynamics_ros.recordings.stamp_statistics import StampClock
 import numpy as np
@@ -11,7 +11,9 @@ def statistics(times):
     """Return the statistics of times [s], taken in blocks."""
     clock = StampClock()
     stamps = START + np.rint(np.asarray(times) * 1e9).astype(np.int64)
-    axis = np.concatenate([clock.elapsed(block) for block in np.array_split(stamps, 3)])
+    steps = np.diff(times, prepend=times[0])
+    axis = np.concatenate([clock.elapsed(*blocks) for blocks in zip(
+        np.array_split(stamps, 3), np.array_split(steps, 3))])
     np.testing.assert_allclose(axis, times - times[0], atol=1e-6)
     return clock.result()
 
@@ -32,13 +34,13 @@ def test_robots_stamps_lie_on_a_grid(rng, lose, lost):
     assert found.duration == pytest.approx(22.0, abs=1.1)
 
 
-def test_times_of_arrival_do_not(rng):
+def test_times_of_arrival_lie_on_no_grid(rng):
     bursts = np.sort(0.01 * np.arange(2200) + rng.exponential(0.0138, 2200))
     assert statistics(bursts).irregularity > 0.2
     jitter = 0.01 * np.arange(2200) + rng.normal(0.0, 0.002, 2200)
     assert statistics(jitter).irregularity > 0.15
 
 
-def test_few_stamps_say_nothing():
+def test_few_stamps_have_no_period():
     assert statistics(np.array([0.0, 0.3, 0.31])) == (pytest.approx(0.01), pytest.approx(100.0),
                                                       0.0, 0.0, 0)

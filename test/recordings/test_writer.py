@@ -1,4 +1,4 @@
-"""Bags of joint states are written completely or not at all."""
+"""Bags appear completely or not at all."""
 
 from pathlib import Path
 import resource
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.writer import BagWriter  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.writer import new_bag  # noqa: E402, I100
 from rosbags.highlevel import AnyReader  # noqa: E402
 
 START = 1_700_000_000_123_456_789  # [ns]
@@ -22,7 +22,7 @@ STATE = (START, RIGHT, *np.arange(21.0).reshape(3, 7))
     (['a', 'bc', 'def', 'ghij', 'klmno', 'é', ''], np.arange(14.0)[::2], [], (np.nan,)),
     ((), (), (), (1.0, 2.0))])
 def test_joint_states_round_trip(tmp_path, names, position, velocity, effort):
-    with BagWriter(tmp_path / 'new') as writer:
+    with new_bag(tmp_path / 'new') as writer:
         writer.joint_state('/a', START, names, position, velocity, effort)
         writer.joint_state('/b', START, names, position, velocity, effort, START + 5, 'base')
         assert not (tmp_path / 'new').exists()
@@ -48,7 +48,7 @@ def test_existing_paths_are_refused(tmp_path, make, meanwhile):
     with pytest.raises(BaxterDynamicsError, match=f'^{path}: exists; choose a new folder'):
         if not meanwhile:
             make(path)
-        with BagWriter(path) as writer:
+        with new_bag(path) as writer:
             writer.joint_state('/a', *STATE)
             make(path)
     assert [left.name for left in tmp_path.iterdir()] == ['new']
@@ -73,7 +73,7 @@ def _fill_disk(writer):
 ], ids=['full disk', 'stamp', 'time of recording'])
 def test_failures_leave_nothing(tmp_path, write, reason):
     with pytest.raises(BaxterDynamicsError, match=f'^{tmp_path / "new"}: {reason}'):
-        with BagWriter(tmp_path / 'new') as writer:
+        with new_bag(tmp_path / 'new') as writer:
             writer.joint_state('/b', *STATE)
             write(writer)
     assert list(tmp_path.iterdir()) == []
@@ -81,4 +81,4 @@ def test_failures_leave_nothing(tmp_path, write, reason):
 
 def test_missing_parents_are_refused(tmp_path):
     with pytest.raises(BaxterDynamicsError, match=f'none/new: no folder {tmp_path}/none$'):
-        BagWriter(tmp_path / 'none' / 'new')
+        new_bag(tmp_path / 'none' / 'new').__enter__()

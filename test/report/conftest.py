@@ -6,7 +6,8 @@ from baxter_dynamics_ros.calibration.calibration_results import Calibration, Jud
 from baxter_dynamics_ros.calibration.term import Fitted
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
-                                                               Evaluation, METHODS, TERMS)
+                                                               Evaluation, METHODS, Statistics,
+                                                               TERMS)
 from baxter_dynamics_ros.recordings.notices import Notice
 from baxter_dynamics_ros.recordings.velocity_lag import Lag
 import numpy as np
@@ -31,8 +32,8 @@ def evaluate():
 def too_short():
     """Return what is found about a recording on which nothing can be predicted."""
     none = {signal: Band(np.zeros((0, 7)), np.zeros((0, 7))) for signal in METHODS}
-    return Evaluation('too short', '/robot/joint_states', 'right', 0.0, 0.0, {'received': 1},
-                      (Notice('nothing', 'nothing could be predicted'),), {}, {}, {},
+    return Evaluation('right', {}, {}, {}, 'too short', '/robot/joint_states', 0.0, 0.0,
+                      {'received': 1}, (Notice('nothing', 'nothing could be predicted'),),
                       np.zeros(0), none)
 
 
@@ -96,12 +97,12 @@ def calibration_page(calibration, links, tmp_path_factory):
 @pytest.fixture(scope='session')
 def evaluation_folder(evaluate, too_short, tmp_path_factory):
     """Return the folder of a report on three recordings, written over old files."""
-    from baxter_dynamics_ros.report.evaluation_report import Total, write_evaluation
+    from baxter_dynamics_ros.report.evaluation_report import write_evaluation
     folder = tmp_path_factory.mktemp('evaluation')
     (folder / 'notes.txt').write_text('mine')
     (folder / 'report.html').write_text('old')
     first = evaluate(HOSTILE, warnings=['stamps <look> like times of arrival'])
-    total = Total('right', first.methods, first.estimators, first.shares)
+    total = Statistics('right', first.methods, first.estimators, first.shares)
     write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], total,
                      'evaluate "a&b" <c>', 'my.yaml')
     return folder
@@ -128,12 +129,12 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
     found = {name: _statistics(measured[filled], values[filled])
              for name, values in errors.items()}
     return Evaluation(
-        name, '/robot/joint_states', 'right', n * PERIOD, 1 / PERIOD,
-        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
-        tuple(Notice('test', text) for text in warnings),
-        {method: found[method] for method in METHODS if effort},
+        'right', {method: found[method] for method in METHODS if effort},
         {estimator: found[estimator] for estimator in ESTIMATORS if effort},
-        {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)}, time,
+        {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)},
+        name, '/robot/joint_states', n * PERIOD, 1 / PERIOD,
+        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
+        tuple(Notice('test', text) for text in warnings), time,
         bands if effort else {method: bands[method] for method in METHODS})
 
 

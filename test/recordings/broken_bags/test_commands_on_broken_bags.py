@@ -1,4 +1,4 @@
-"""The commands on broken bags: one line, exit code 1, and nothing is written."""
+"""Commands given broken bags: one line, exit code 1, and no output."""
 
 import re
 
@@ -19,8 +19,7 @@ def test_a_good_bag_before_it_changes_nothing(refused, make_bag, states, name):
     assert refused(name, good, broken).startswith(f'{broken}: has no metadata.yaml')
 
 
-def test_what_was_copied_of_a_bag_that_breaks_off_is_removed(refused, make_bag, states):
-    """The break lies further on than topic and arm are looked for."""
+def test_nothing_is_left_of_a_bag_that_fails_half_way(refused, make_bag, states):
     path = make_bag(states(3000))
     file = path / 'run.mcap'
     data = bytearray(file.read_bytes())
