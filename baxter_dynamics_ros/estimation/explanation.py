@@ -138,7 +138,7 @@ class ResidualExplainer:
         torques = [*(regressor @ self._units[:regressor.shape[1]]).T,
                    *(arm.gravity(q) for arm in self._horizontal),
                    *np.diag(np.tanh(qd / model.coulomb_velocity)), *np.eye(N_JOINTS)]
-        expected = model.deviation_at(qd, qdd)
+        expected = prediction.deviation
         deviation = np.clip(np.where(expected > 0.0, expected, np.inf), SMALLEST, UNCALIBRATED)
         samples.append(_Sample(stamp, bool(contact), q, prediction.residual, deviation,
                                model.coupled(np.array(torques)).T))

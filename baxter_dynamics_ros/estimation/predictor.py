@@ -38,6 +38,7 @@ class Prediction(NamedTuple):
     tau: Array  # M(q) qdd + C(q, qd) qd + G(q) [N m]
     effort: Array  # predicted measured effort: tau plus the effort model [N m]
     residual: 'Array | None'  # measured - predicted effort [N m]; None without a measurement
+    deviation: Array  # expected standard deviation of the residual [N m]
 
 
 class Step(NamedTuple):
@@ -215,9 +216,10 @@ class Predictor:
         if measured is not None:
             residual = measured - effort
             residual.setflags(write=False)
-        for array in (q, qd, qdd, tau, effort):
+        deviation = model.deviation_at(qd, qdd)
+        for array in (q, qd, qdd, tau, effort, deviation):
             array.setflags(write=False)
-        return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual)
+        return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual, deviation)
 
     def _restart(self) -> None:
         self.estimator.reset()

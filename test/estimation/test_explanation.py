@@ -35,8 +35,8 @@ def explain(residual, at=motion, model=None, arm=None, contact=False):
     explainer = ResidualExplainer(arm or BaxterArm(), model)
     for k in range(200):
         state = at(0.05 * k)
-        explainer.add(Prediction(k * 50_000_000, *state, *np.zeros((2, 7)), residual(*state)),
-                      contact)
+        explainer.add(Prediction(k * 50_000_000, *state, *np.zeros((2, 7)), residual(*state),
+                                 model.deviation_at(*state[1:])), contact)
     return explainer.explain()
 
 

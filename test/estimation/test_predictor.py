@@ -60,7 +60,10 @@ def test_residual_is_measured_less_predicted(extra):
 
 
 def test_fields_of_a_prediction_fit_together():
-    settings = PredictorSettings.from_parameters({**CALIBRATED, 'effort_band': 'raw'})
+    settings = PredictorSettings.from_parameters({
+        **CALIBRATED, 'effort_band': 'raw', 'effort_model.deviation': [0.3] * 7,
+        'effort_model.deviation_velocity': [0.2] * 7,
+        'effort_model.deviation_acceleration': [0.1] * 7})
     messages = measured(settings)
     prediction = play(Predictor(settings), messages)[-1]
     np.testing.assert_allclose(prediction.tau, settings.model.arm.inverse_dynamics(
@@ -71,6 +74,8 @@ def test_fields_of_a_prediction_fit_together():
     then = (prediction.stamp_ns - START) * 1e-9
     effort = [np.interp(then, t, joint) for joint in np.array([m[3] for m in messages]).T]
     np.testing.assert_allclose(prediction.residual, effort - prediction.effort, atol=1e-6)
+    np.testing.assert_allclose(prediction.deviation, np.sqrt(
+        0.09 + (0.2 * prediction.qd) ** 2 + (0.1 * prediction.qdd) ** 2), rtol=1e-12)
 
 
 @pytest.mark.parametrize('effort, event', [
@@ -178,7 +183,7 @@ def test_predictions_are_read_only_and_do_not_change():
     settings = PredictorSettings.from_parameters(CALIBRATED)
     predictor, messages = Predictor(settings), measured(settings, 80)
     _, *arrays = play(predictor, messages[:60])[-1]
-    assert len(arrays) == 6 and not any(array.flags.writeable for array in arrays)
+    assert len(arrays) == 7 and not any(array.flags.writeable for array in arrays)
     copies = [array.copy() for array in arrays]
     play(predictor, messages[60:])
     np.testing.assert_array_equal(arrays, copies)
