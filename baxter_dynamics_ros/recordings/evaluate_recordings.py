@@ -9,7 +9,7 @@ import numpy as np
 from .bands import RunningBands
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
 from .data_check import DataCheck, DataChecker
-from .evaluation_results import ESTIMATORS, Evaluation, METHODS, Statistics
+from .evaluation_results import Evaluation, METHODS, Statistics
 from .notices import Notice
 from .playback import Block, play
 from .recording import Recording
@@ -65,7 +65,7 @@ class _Run:
         self._newton_euler = NewtonEuler(settings.model.arm)
         self._statistics = RunningStatistics(), total
         self._bands = RunningBands(['measured', *METHODS,
-                                    *('error_' + name for name in METHODS + ESTIMATORS)])
+                                    *('error_' + name for name in METHODS), 'deviation'])
         self._clock = StampClock()
         self._checker = DataChecker(settings)
         self._residuals = _ThinnedResiduals()
@@ -79,8 +79,10 @@ class _Run:
             statistics.add(self._settings.arm, pairs, terms)
         time = self._clock.elapsed(estimate.stamp_ns, block.dt)
         measured = pairs['lagrange_euler'][0]
-        self._bands.add(time, np.stack([measured, *(pairs[name][1] for name in METHODS),
-                                        *(x - y for x, y in pairs.values())], axis=1))
+        efforts = [pairs[name][1] for name in METHODS]
+        deviation = self._settings.model.effort_model.deviation_at(estimate.qd, estimate.qdd)
+        self._bands.add(time, np.stack([
+            measured, *efforts, *(measured - effort for effort in efforts), deviation], axis=1))
         there = np.isfinite(measured[:, 0])
         state = np.stack([estimate.q, estimate.qd, estimate.qdd, measured], axis=1)
         self._checker.add(time[there], state[there], block.q[there], block.measured_qd[there])

@@ -55,7 +55,8 @@ class Evaluation(Statistics):
     counts: dict[Any, int]  # event value (str), 'received', 'taken' and 'predicted'
     notices: tuple[Notice, ...]  # to read before the numbers; those of the data check first
     time: Array  # (m,) middle of each interval of the bands, since the start [s]
-    # Each of METHODS and 'measured' (effort), 'error_' + each of METHODS and ESTIMATORS [N m].
+    # 'measured' and METHODS (effort), 'error_' + each of METHODS, and 'deviation' (expected
+    # standard deviation of the error) [N m].
     bands: dict[str, Band]
     check: 'DataCheck | None' = None  # None if too few samples have effort
     contacts: tuple[Contact, ...] = ()  # where the residual exceeds errors of the model

@@ -55,6 +55,18 @@ def recordings_table(calibration: Calibration) -> Table:
                  'those of a joint', kind, [one.name for one in judged], columns, 'together')
 
 
+def deviation_table(calibration: Calibration) -> 'Table | None':
+    """Return the expected deviation of the residual; None if it is not known."""
+    model = calibration.after.model.effort_model
+    parts = {'at rest [N m]': model.deviation,
+             'per velocity [N m s/rad]': model.deviation_velocity,
+             'per acceleration [N m s²/rad]': model.deviation_acceleration}
+    if not np.any(model.deviation):
+        return None
+    return Table('Standard deviation of the residual to expect with these parameters', 'joint',
+                 JOINTS, [Column(label, values) for label, values in parts.items()])
+
+
 def parameters_table(fitted: list[Fitted]) -> Table:
     """Return parameters before and after, with standard deviation and unit."""
     texts = zip(('before', 'after', '±', 'change / ±', 'unit'), zip(*map(_texts, fitted)))

@@ -17,6 +17,8 @@ from ..model.arrays import Array
 from ..recordings.evaluation_results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
+SIGMAS = 1.96  # deviations within which 95 % of the residuals are expected
+_ROOM = 1.5  # height of a panel with the expected range, relative to that of the residuals
 _SMALLEST = 0.005  # least half height of a panel [N m]: the resolution of effort
 _GAP = 0.25  # time without samples that is shown as a gap; shorter is a low rate [s]
 
@@ -130,6 +132,23 @@ def draw_band(axis: Axes, time: Array, band: Band, joint: int, stroke: Stroke,
     there = np.pad(np.isfinite(middle), 1)
     alone = there[1:-1] & ~there[:-2] & ~there[2:]  # between two gaps, where no line shows it
     axis.plot(time[alone], middle[alone], '.', color=stroke.color, markersize=stroke.width + 1.0)
+
+
+def draw_expected(axis: Axes, time: Array, deviation: Array, intervals: int) -> None:
+    """
+    Shade the range in which 95 % of the residuals are expected, behind those drawn already.
+
+    The deviation (n,) [N m] may be zero, if it is not known, or NaN. The range does not dwarf the
+    residuals: it may reach beyond the panel.
+    """
+    time, _, deviation = _merged(*_bridged(time, deviation, deviation), intervals)
+    limit = SIGMAS * deviation
+    if (limit > 0.0).any():  # false where NaN
+        lower, upper = axis.get_ylim()
+        axis.fill_between(time, -limit, limit, color=SHADE, linewidth=0.0, zorder=0.5,
+                          label='expected (95 %)')
+        reach = min(1.1 * np.nanmax(limit), _ROOM * max(-lower, upper))
+        axis.set_ylim(min(lower, -reach), max(upper, reach))
 
 
 def frame(axis: Axes, label: str, limits: tuple[float, float] | None = None) -> None:

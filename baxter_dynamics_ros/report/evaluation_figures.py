@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .drawing import (draw_band, frame, legend, MEASURED, MODEL, panels, Picture, Stroke, svg,
-                      zero_line)
+from .drawing import (draw_band, draw_expected, frame, legend, MEASURED, MODEL, panels, Picture,
+                      Stroke, svg, zero_line)
 from ..model.joints import JOINTS
 from ..recordings.evaluation_results import Errors, Evaluation, Statistics
 
@@ -48,6 +48,7 @@ def effort_picture(name: str, evaluation: Evaluation, joint: int, intervals: int
     if methods:
         rms = f'RMS {methods["lagrange_euler"].rms[joint]:.3f} N m'
         what = f'measured and predicted, and their difference, {rms}'
+        draw_expected(axes[1], time, evaluation.bands['deviation'].high[:, joint], intervals)
         zero_line(axes[1])
         axes[1].set_title(f'measured − predicted, {rms}', loc='left', pad=4)
         frame(axes[1], 'error [N m]')

@@ -15,6 +15,7 @@ MEANINGS = {
     'tilt': 'the base is not level: direction of gravity',
     'inertial': 'masses, centres of mass and inertias of the links, physically possible',
     'payload': 'mass and centre of mass at the hand',
+    'crosstalk': "share of another joint's effort in the measured effort",
     'stiffness': 'cables: effort proportional to the joint angle',
 }
 _NAMES = {'coulomb': 'Coulomb', 'dahl': 'Dahl', 'inertial': 'links'}
@@ -29,9 +30,11 @@ def term_name(term: str) -> str:
 
 
 def parameter_name(fitted: Fitted) -> str:
-    """Return the readable name of a parameter, such as 'Coulomb s1'."""
+    """Return the readable name of a parameter, such as 'Coulomb s1' or 'crosstalk at e1 of e0'."""
     if fitted.term == 'tilt':
         return f'gravity {fitted.component}'
+    if fitted.term == 'crosstalk' and fitted.joint is not None:
+        return f'crosstalk at {JOINTS[fitted.joint]} {fitted.component}'
     joint = '' if fitted.joint is None or fitted.component else JOINTS[fitted.joint]
     return f'{term_name(fitted.term)} {fitted.component or joint}'
 

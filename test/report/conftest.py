@@ -119,7 +119,7 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
               'butterworth_aligned': error}
     signals = {'measured': measured, **{method: measured - errors[method] for method in METHODS},
                **{'error_' + name: values for name, values in errors.items()}}
-    bands = {}
+    bands = {'deviation': Band(*2 * [np.full((n, 7), 0.25)])}
     for signal, values in signals.items():
         low, high = values - 0.01, values + 0.01
         low[empty] = high[empty] = np.nan
@@ -135,7 +135,7 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
         name, '/robot/joint_states', n * PERIOD, 1 / PERIOD,
         {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
         tuple(Notice('test', text) for text in warnings), time,
-        bands if effort else {method: bands[method] for method in METHODS})
+        bands if effort else {name: bands[name] for name in (*METHODS, 'deviation')})
 
 
 def _statistics(measured, error):

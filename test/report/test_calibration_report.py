@@ -119,6 +119,19 @@ def test_tables(calibration, links):
         assert cells(parameters_table([one]))['added inertia s0'][1] == '0.5000'
 
 
+def test_expected_deviation_and_crosstalk(calibration):
+    from baxter_dynamics_ros.report.calibration_tables import deviation_table
+    from baxter_dynamics_ros.report.term_names import parameter_name
+    after = calibration.after.replace({'effort_model.deviation': np.arange(1.0, 8.0),
+                                       'effort_model.deviation_velocity': [0.5] * 7})
+    assert cells(deviation_table(replace(calibration, after=after)))['w2'] == [
+        '7.000', '0.500', '0']
+    rigid = calibration.after.replace({'effort_model.deviation': [0.0] * 7})
+    assert deviation_table(replace(calibration, after=rigid)) is None
+    fitted = Fitted('crosstalk', 3, 'of e0', '-', 0.0, -0.037, 0.002)
+    assert parameter_name(fitted) == 'crosstalk at e1 of e0'
+
+
 def test_findings(calibration):
     found = sentences(calibration)
     assert found['Improvement'].startswith(

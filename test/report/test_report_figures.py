@@ -134,6 +134,21 @@ def test_methods_are_drawn_both_only_where_they_differ(figures, lines, evaluate,
     assert [len(lines(same, method)) for method in METHODS] == [2, 0]
 
 
+def test_the_expected_range_is_shaded_but_does_not_dwarf_the_error(figures, evaluate, lines):
+    one = evaluate()
+
+    def draw(deviation):
+        band = type(one.bands['deviation'])(*2 * [np.full((1000, 7), deviation)])
+        picture = figures.effort_picture(
+            'x', replace(one, bands={**one.bands, 'deviation': band}), 0, figures.FINE)
+        shades = re.findall(r'#e6eef6', picture.svg.decode().partition('</style>')[2])
+        return bool(shades), extent(lines(picture, 'lagrange_euler')[1])
+
+    is_shaded, height = zip(*map(draw, (0.0, 0.1, 100.0)))
+    assert is_shaded == (False, True, True)
+    assert height[0] > height[1] > height[2] > 10.0
+
+
 def test_prediction_alone_without_effort(figures, lines, evaluate):
     picture = figures.effort_picture('x', evaluate(effort=False), 0, figures.FINE)
     assert not lines(picture, 'measured')
