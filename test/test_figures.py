@@ -31,16 +31,3 @@ def test_figures_are_drawn_as_they_are_shown(figures, tmp_path):
         drawn, shown = ([element.tag for element in ET.parse(folder / f'{name}.svg').iter()]
                         for folder in (tmp_path, DOCS / 'figures'))
         assert drawn == shown, name
-
-
-def test_a_failure_is_one_line_and_keeps_the_figure_before(figures, tmp_path, monkeypatch, capsys):
-    (tmp_path / 'broken.py').write_text(
-        'def draw(path):\n    path.write_text("half")\n    raise OSError(28, "disk is full")\n')
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setitem(figures.FIGURES, 'spring.svg', ('broken', 'draw'))
-    folder = tmp_path / 'figures'
-    folder.mkdir()
-    (folder / 'spring.svg').write_text('before')
-    assert figures.main(['spring', '-o', str(folder)]) == 1
-    assert [path.read_text() for path in folder.iterdir()] == ['before']
-    assert capsys.readouterr().err.count('\n') == 1

@@ -20,33 +20,29 @@ NUMBER = re.compile(r'(?<![\w.])[+-]?\d+\.?\d*(?:e[+-]?\d+)?')
 END = '--- end of cell ---'
 
 
-def stored(cell, kind):
-    """Return a code cell's outputs of a kind."""
-    return [output for output in cell['outputs'] if output['output_type'] == kind]
-
-
 @pytest.fixture(scope='module')
 def printed():
     """Return the output of the cells, run in order in one process."""
     script = '\n'.join(f'{source}\nprint({END!r})' for source in SOURCES)
     answer = subprocess.run(
         [sys.executable, '-W', 'ignore', '-c', script], capture_output=True, text=True,
-        timeout=60.0, stdin=subprocess.DEVNULL, env={
-            **os.environ, 'MPLBACKEND': 'Agg', 'BAXTER_DYNAMICS_ENGINE': 'python',
-            'PYTHONPATH': os.pathsep.join([str(REPOSITORY), os.environ.get('PYTHONPATH', '')])})
+        timeout=60.0, stdin=subprocess.DEVNULL, cwd=REPOSITORY,
+        env={**os.environ, 'MPLBACKEND': 'Agg', 'BAXTER_DYNAMICS_ENGINE': 'python'})
     assert (answer.returncode, answer.stderr) == (0, '')
     return answer.stdout.split(END + '\n')[:-1]
 
 
-@pytest.mark.parametrize('k', range(len(CODE)))
-def test_a_cell_prints_its_stored_output(k, printed):
-    expected = ''.join(''.join(output['text']) for output in stored(CODE[k], 'stream'))
-    assert NUMBER.sub('0', expected).split() == NUMBER.sub('0', printed[k]).split()
-    numbers = [np.array(NUMBER.findall(text), dtype=float) for text in (expected, printed[k])]
-    np.testing.assert_allclose(*numbers, rtol=0.0, atol=2e-3)
-
-
-def test_is_stored_as_run_from_the_top_with_its_figures():
+def test_cells_print_their_stored_output(printed):
     assert [cell['execution_count'] for cell in CODE] == list(range(1, len(CODE) + 1))
-    figures = [output for cell in CODE for output in stored(cell, 'display_data')]
+    for cell, found in zip(CODE, printed, strict=True):
+        shown = ''.join(''.join(output['text']) for output in cell['outputs']
+                        if output['output_type'] == 'stream')
+        assert NUMBER.sub('0', shown).split() == NUMBER.sub('0', found).split()
+        numbers = [np.array(NUMBER.findall(text), dtype=float) for text in (shown, found)]
+        np.testing.assert_allclose(*numbers, rtol=0.0, atol=2e-3)
+
+
+def test_figures_are_stored():
+    figures = [output for cell in CODE for output in cell['outputs']
+               if output['output_type'] == 'display_data']
     assert sum(source.count('plt.show()') for source in SOURCES) == len(figures) > 0

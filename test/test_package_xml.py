@@ -1,4 +1,4 @@
-"""What is said twice agrees: manifests, setup.py, imports, launch files, parameter files."""
+"""Manifests, setup.py, imports, launch files and parameter files agree."""
 
 import ast
 import importlib
@@ -18,22 +18,22 @@ CONFIG = sorted((REPOSITORY / 'config').glob('*.yaml'))
 LAUNCH = sorted((REPOSITORY / 'launch').glob('*.launch.xml'))
 SETUP = ast.parse((REPOSITORY / 'setup.py').read_text('utf-8'))
 
-# Imported name -> rosdep's name, where that is another; None for what is optional, most of which
-# Ubuntu has no package of.
+# Imported name: rosdep's key, where it differs; None for what has no key or comes with another.
 ROSDEP = {
     'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
-    'mcap': None,
-    'mujoco': None,
+    'mcap': 'mcap-ros2-support',
+    'mujoco': 'python3-mujoco-pip',
     'numpy': 'python3-numpy',
     'rich': 'python3-rich',
-    'rosbags': None,
+    'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
     'yaml': 'python3-yaml',
+    'viser': None,
+    'yourdfpy': None,
     'zstandard': None,
 }
-# Needed, and imported by nobody: what reads the launch files.
-NOT_IMPORTED = {'ros2launch'}
+NOT_IMPORTED = {'ros2launch'}  # needed, to read the launch files
 
 
 @pytest.fixture
@@ -50,28 +50,20 @@ def manifest():
     return parse
 
 
-@pytest.mark.parametrize('folder, build_type', [
-    (REPOSITORY, 'ament_python'), (INTERFACES, 'ament_cmake')], ids=[NAME, INTERFACES.name])
-def test_manifest(manifest, folder, build_type):
-    package = manifest(folder)
-    assert package.package_format == 3
-    assert package.name == (NAME if folder == REPOSITORY else INTERFACES.name)
-    assert package.get_build_type() == build_type
-    assert package.licenses == ['Apache-2.0']
-
-
-def test_one_version(manifest):
-    assert {manifest(REPOSITORY).version, manifest(INTERFACES).version,
-            _setup('version'), _pyproject()['project']['version'],
+def test_manifests_and_setup_py_agree(manifest):
+    package, interfaces, pyproject = manifest(REPOSITORY), manifest(INTERFACES), _pyproject()
+    assert [each.get_build_type() for each in (package, interfaces)] == [
+        'ament_python', 'ament_cmake']
+    assert {each.package_format for each in (package, interfaces)} == {3}
+    assert [package.name, interfaces.name] == [NAME, pyproject['project']['name']]
+    assert {package.version, interfaces.version, _setup('version'),
+            pyproject['project']['version'],
             re.search('^version: (.*)$', (REPOSITORY / 'CITATION.cff').read_text(), re.M)[1]
             } == {baxter_dynamics_ros.__version__}
-
-
-def test_setup_py_says_what_package_xml_says(manifest):
-    package = manifest(REPOSITORY)
+    (license_,), (maintainer,) = package.licenses, package.maintainers
+    assert [_setup('license'), interfaces.licenses] == [license_, [license_]]
     assert [_setup('maintainer'), _setup('maintainer_email')] == [
-        package.maintainers[0].name, package.maintainers[0].email]
-    assert _setup('license') == package.licenses[0]
+        maintainer.name, maintainer.email]
 
 
 def test_imports_are_declared_and_nothing_else_is(manifest):
@@ -80,40 +72,16 @@ def test_imports_are_declared_and_nothing_else_is(manifest):
 
 
 def test_interface_types_are_declared(manifest):
-    files = sorted(INTERFACES.glob('srv/*.srv'))
+    files = sorted(INTERFACES.glob('srv/*.srv')) + sorted(INTERFACES.glob('action/*.action'))
     used = {package for file in files for package in
             re.findall(r'^(\w+)/\w+', file.read_text('utf-8'), re.MULTILINE)}
     assert used
     assert used <= {depend.name for depend in manifest(INTERFACES).build_depends}
     assert used <= {depend.name for depend in manifest(INTERFACES).exec_depends}
     cmake = (INTERFACES / 'CMakeLists.txt').read_text('utf-8')
-    for package in used:
-        assert f'find_package({package} REQUIRED)' in cmake
-    assert set(re.findall(r'srv/\w+\.srv', cmake)) == {f'srv/{file.name}' for file in files}
-
-
-def test_wheels_of_both_packages_have_the_same_versions():
-    both = {}
-    pyproject = _pyproject()
-    for requirement in (*(node.value for node in ast.walk(SETUP) if isinstance(node, ast.Constant)
-                          and isinstance(node.value, str)),
-                        *pyproject['build-system']['requires'],
-                        *pyproject['project']['dependencies']):
-        name, pinned, version = requirement.partition('==')
-        if pinned:
-            both.setdefault(name, set()).add(version)
-    assert 'ros-jazzy-common-interfaces' in both
-    assert {name: versions for name, versions in both.items() if len(versions) > 1} == {}
-
-
-@pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
-def test_executables_of_launch_files_exist(path):
-    scripts = {entry.split(' = ')[0] for entry in _setup('entry_points')['console_scripts']}
-    nodes = ET.parse(path).findall('.//node')
-    assert nodes
-    for node in nodes:
-        assert node.get('pkg') == NAME
-        assert node.get('exec') in scripts
+    assert used <= set(re.findall(r'find_package\((\w+) REQUIRED\)', cmake))
+    assert set(re.findall(r'\w+/\w+\.(?:srv|action)', cmake)) == {
+        f'{file.parent.name}/{file.name}' for file in files}
 
 
 def test_console_scripts_name_functions():
@@ -123,47 +91,32 @@ def test_console_scripts_name_functions():
 
 
 @pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
-def test_files_of_launch_files_exist(path):
+def test_names_in_launch_files_exist(path):
+    topics = pytest.importorskip(f'{NAME}.nodes.topics', reason='ROS is not installed')
+    root = ET.parse(path).getroot()
+    scripts = {entry.split(' = ')[0] for entry in _setup('entry_points')['console_scripts']}
+    assert {node.get('pkg') for node in root.iter('node')} == {NAME}
+    assert {node.get('exec') for node in root.iter('node')} <= scripts
     share = f'$(find-pkg-share {NAME})/'
-    named = [value[len(share):] for element in ET.parse(path).iter()
-             for value in element.attrib.values() if value.startswith(share)]
-    assert named
-    for name in named:
-        assert (REPOSITORY / name).is_file(), name
-
-
-@pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
-def test_arguments_of_launch_files_are_declared(path):
-    root = ET.parse(path)
-    declared = {argument.get('name') for argument in root.findall('arg')}
-    used = set(re.findall(r'\$\(var (\w+)\)', path.read_text('utf-8')))
-    assert used == declared
+    files = {value[len(share):] for element in root.iter() for value in element.attrib.values()
+             if value.startswith(share)}
+    assert files and all((REPOSITORY / name).is_file() for name in files)
+    assert (set(re.findall(r'\$\(var (\w+)\)', path.read_text('utf-8')))
+            == {argument.get('name') for argument in root.findall('arg')})
     for include in root.findall('include'):
         included = ET.parse(REPOSITORY / 'launch' / Path(include.get('file')).name)
         assert ({argument.get('name') for argument in include.findall('arg')}
                 <= {argument.get('name') for argument in included.findall('arg')})
-
-
-@pytest.mark.parametrize('path', LAUNCH, ids=lambda path: path.name)
-def test_topics_and_parameters_of_launch_files_exist(path):
-    topics = pytest.importorskip(f'{NAME}.nodes.topics', reason='ROS is not installed')
-    for remap in ET.parse(path).findall('.//remap'):
-        assert remap.get('from') == topics.JOINT_STATES
-    for node in ET.parse(path).findall('.//node[@exec="torque_predictor"]'):
-        for parameter in node.findall('param[@name]'):
-            assert parameter.get('name') in DEFAULTS
+    assert {remap.get('from') for remap in root.iter('remap')} <= {topics.JOINT_STATES}
+    assert {parameter.get('name') for node in root.findall('.//node[@exec="torque_predictor"]')
+            for parameter in node.findall('param[@name]')} <= DEFAULTS.keys()
 
 
 @pytest.mark.parametrize('path', CONFIG, ids=lambda path: path.name)
-def test_parameter_files_are_accepted(path):
+def test_parameter_files_are_accepted_and_have_the_types_of_ros(path):
     values = _parameters(path)
     assert values
-    PredictorSettings.from_parameters(values)  # raises at an unknown name or a refused value
-
-
-@pytest.mark.parametrize('path', CONFIG, ids=lambda path: path.name)
-def test_parameter_files_have_the_types_that_ros_insists_on(path):
-    values = _parameters(path)
+    PredictorSettings.from_parameters(values)  # raises for an unknown name or a refused value
     for name, value in values.items():
         assert _type(value) == _type(DEFAULTS[name]), name
 

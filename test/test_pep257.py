@@ -6,7 +6,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 CHECKED = ('baxter_dynamics_ros', 'tools', 'test', 'benchmarks', 'docs', 'examples', 'setup.py',
-           'conftest.py')
+           'conftest.py', 'baxter_dynamics_interfaces/ros_wheels.py')
 
 
 @pytest.mark.linter

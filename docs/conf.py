@@ -1,0 +1,46 @@
+"""
+Sphinx project of the pages and the Python reference.
+
+Build: sphinx-build -W docs build/html, or rosdoc2 build -p . on a machine with ROS.
+"""
+
+from pathlib import Path
+import re
+import sys
+
+# rosdoc2 copies this folder beside a conf.py that executes this file.
+original = re.search(r'exec\(open\("(.*)/docs/conf.py"', Path(__file__).read_text('utf-8'))
+ROOT = Path(original[1]) if original else Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+project = 'baxter_dynamics_ros'
+author = copyright = 'the contributors'  # noqa: A001 (Sphinx asks for this name)
+extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'sphinx.ext.viewcode']
+source_suffix = {'.rst': 'restructuredtext', '.md': 'markdown', '.txt': 'markdown'}
+exclude_patterns = ['drawing']
+html_theme_options = {'description': "The dynamics of the Baxter robot's arms"}
+myst_enable_extensions = ['amsmath', 'dollarmath']
+myst_heading_anchors = 3
+autodoc_default_options = {'members': True, 'undoc-members': True}
+
+
+def page(text):
+    """Return a page as MyST wants it: equations, links to the README and out of this folder."""
+    text = re.sub(r'```math\n(.*?)```', r'\\begin{equation}\n\1\\end{equation}', text,
+                  flags=re.DOTALL)
+    text = re.sub(r'\$`(.*?)`\$', r'$\1$', text, flags=re.DOTALL)
+    text = re.sub(r'\]\((?:\.\./)?README\.md', '](index.txt', text).replace('](docs/', '](')
+    # Links to files that are not part of the pages.
+    return re.sub(r'\[([^\]]*)\]\((?:\.\./[^)]*|CONTRIBUTING\.md)\)', r'\1', text)
+
+
+def read_page(app, docname, source):
+    """Change a page before it is parsed; the first page begins with the README."""
+    if docname == 'index':
+        source[0] = (ROOT / 'README.md').read_text(encoding='utf-8') + source[0]
+    source[0] = page(source[0])
+
+
+def setup(app):
+    """Connect the changes to Sphinx's event."""
+    app.connect('source-read', read_page)

@@ -1,0 +1,50 @@
+"""The pages and the Python reference build with Sphinx, and their links lead somewhere."""
+
+from pathlib import Path
+import re
+import subprocess
+import sys
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+DOCS = Path(__file__).resolve().parents[1] / 'docs'
+PAGES = sorted(path.stem for path in DOCS.glob('*.md'))
+
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope='module')
+def site(tmp_path_factory):
+    """Return the folder of the HTML pages."""
+    for module in ('sphinx', 'myst_parser'):
+        pytest.importorskip(module, reason=f'needs {module}: pip install ".[doc]"')
+    folder = tmp_path_factory.mktemp('site')
+    built = subprocess.run([sys.executable, '-m', 'sphinx', '-W', '--keep-going', '-q', DOCS,
+                            folder], capture_output=True, text=True, timeout=280)
+    assert (built.returncode, built.stderr) == (0, '')
+    return folder
+
+
+def test_links_and_pictures_lead_somewhere(site):
+    texts = {path.name: path.read_text('utf-8') for path in site.glob('*.html')}
+    for name, text in texts.items():
+        for target in re.findall(r'(?:href|src)="([^"]+)"', text):
+            link = urlsplit(target)
+            if not link.scheme:
+                assert (site / unquote(link.path)).exists(), f'{name}: {target}'
+            if link.fragment and (link.path or name) in texts:
+                assert f'id="{unquote(link.fragment)}"' in texts[link.path or name], target
+
+
+@pytest.mark.parametrize('page', PAGES)
+def test_equations_and_pictures_are_shown(site, page):
+    source, shown = (DOCS / f'{page}.md').read_text('utf-8'), (site / f'{page}.html').read_text()
+    assert shown.count('\\begin{equation}') == source.count('```math')
+    assert shown.count('<img') == source.count('![') and '$`' not in shown
+
+
+def test_the_reference_and_the_search_know_the_model(site):
+    name = 'id="baxter_dynamics_ros.BaxterArm.mass_matrix"'
+    assert name in (site / 'reference.html').read_text('utf-8')
+    assert 'christoffel' in (site / 'searchindex.js').read_text('utf-8').lower()
