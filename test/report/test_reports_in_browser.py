@@ -68,7 +68,7 @@ def test_nothing_is_wider_than_the_screen(page):
     # Beyond the screen is only what scrolls inside a box of its own.
     beyond = page.evaluate("""[...document.querySelectorAll('main *, header *, footer *')].filter(
         one => one.getBoundingClientRect().right > innerWidth + 0.5 && !one.closest('.scroll')
-    ).map(one => one.outerHTML.slice(0, 80))""")
+    ).map(one => one.outerHTML.slice(0, 70))""")
     assert beyond == []
 
 
@@ -127,3 +127,14 @@ def test_a_link_unfolds_its_recording(page):
         page.wait_for_function("document.getElementById('recording-2').open")
         assert page.locator('#recording-2 img').first.is_visible()
         assert not page.locator('#recording-1 img').first.is_visible()
+
+
+def test_nothing_is_cut_on_paper(page):
+    size = page.viewport_size
+    page.emulate_media(media='print')
+    page.set_viewport_size({'width': 703, 'height': 1032})  # A4 less margins of 12 mm, at 96 dpi
+    cut = page.evaluate("""[...document.querySelectorAll('main *')].filter(
+        one => one.getBoundingClientRect().right > 703.5).map(one => one.outerHTML.slice(0, 9))""")
+    page.emulate_media(media='screen')
+    page.set_viewport_size(size)
+    assert cut == []
