@@ -30,8 +30,15 @@ def page(text):
                   flags=re.DOTALL)
     text = re.sub(r'\$`(.*?)`\$', r'$\1$', text, flags=re.DOTALL)
     text = re.sub(r'\]\((?:\.\./)?README\.md', '](index.txt', text).replace('](docs/', '](')
-    # Links to files that are not part of the pages.
-    return re.sub(r'\[([^\]]*)\]\((?:\.\./[^)]*|CONTRIBUTING\.md)\)', r'\1', text)
+    return re.sub(r'(?<!!)\[([^\]]*)\]\(([^)]*)\)', local_link, text)
+
+
+def local_link(match):
+    """Return a link, or its text alone if it leads out of this folder."""
+    words, target = match.groups()
+    is_kept = re.match('https?:|#', target) or (
+        not target.startswith('..') and (ROOT / 'docs' / target.partition('#')[0]).exists())
+    return match[0] if is_kept else words
 
 
 def read_page(app, docname, source):
