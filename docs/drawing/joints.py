@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from baxter_dynamics_ros import BaxterArm, JOINTS, mount
 from baxter_dynamics_ros.model.lagrange_euler import transform
+from baxter_dynamics_ros.report.drawing import FAINT, INK
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 import numpy as np
 
-from .sheet import FAINT, INK, MODEL, OTHER, panels, styled, TRUE, write
+from .sheet import drawn, MODEL, OTHER, panels, TRUE
 
 _POSTURE = np.array([0.5, -0.25, 0.0, 0.9, 0.0, 0.7, 0.0])  # [rad]
 _VIEW = np.radians((-70.0, 20.0))  # azimuth and elevation of the viewer
@@ -19,8 +19,8 @@ _BESIDE = {'s0': (-18, -6), 'e0': (4, 18), 'w0': (-22, 0), 'w2': (-20, 4)}  # la
 _AXIS, _RADIUS = 0.17, 0.06  # drawn length of an axis, and radius of its rotation [m]
 
 
-@styled
-def draw(path: Path) -> None:
+@drawn
+def draw() -> Figure:
     """Draw the right arm with its joints."""
     figure, ((axis,),) = panels(1, 1, 5.6)
     arm = BaxterArm(mount=mount('right'))
@@ -50,7 +50,7 @@ def draw(path: Path) -> None:
     axis.set_aspect('equal')
     axis.margins(0.1)
     axis.set_axis_off()
-    write(figure, path)
+    return figure
 
 
 def _seen(points: np.ndarray) -> np.ndarray:
