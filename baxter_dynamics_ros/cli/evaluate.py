@@ -6,6 +6,7 @@ import argparse
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+import shlex
 from typing import TYPE_CHECKING
 
 from .options import add_force, add_recordings, read_inputs
@@ -15,6 +16,7 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
+    from ..recordings.advice import Assessment
     from ..recordings.evaluation_results import Evaluation, Statistics
 
 DESCRIPTION = (
@@ -35,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
+    from ..recordings.advice import assess
     from ..recordings.evaluate_recordings import Evaluator
     from ..recordings.writer import new_bag, save_predictions
     from ..report.evaluation_report import write_evaluation
@@ -58,8 +61,9 @@ def main(args: argparse.Namespace) -> int:
                         recording, replace(settings, arm=recording.arm), writer, args.node)
         # Within, so that there is no new bag without a report.
         total = evaluator.total()
-        _print(evaluations, total)
-        write_evaluation(folder, evaluations, total, args.command_line,
+        assessment = assess(total, evaluations, settings, _inputs(args))
+        _print(evaluations, total, assessment)
+        write_evaluation(folder, evaluations, total, assessment, args.command_line,
                          ', '.join(Path(path).name for path in args.params)
                          or 'defaults of the package')
     if writer is not None:
@@ -68,7 +72,25 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
-def _print(evaluations: list[Evaluation], total: Statistics) -> None:
+def _inputs(args: argparse.Namespace) -> str:
+    """Return the recordings and the options for reading them, as on a command line."""
+    from ..recordings.parameter_file import NODE
+    options = [('--arm', args.arm), ('--topic', args.topic),
+               *(('--params', path) for path in args.params),
+               ('--node', args.node if args.node != NODE else None)]
+    words = [word for option, value in options if value for word in (option, value)]
+    return shlex.join(map(str, (*args.bags, *words)))
+
+
+def _print(evaluations: list[Evaluation], total: Statistics, assessment: Assessment) -> None:
+    say(assessment.verdict.text)
+    if assessment.advice:
+        say('', 'What to do next:')
+    for i, advice in enumerate(assessment.advice, 1):
+        say(f'{i}. {advice.text}')
+        if advice.command:
+            say(f'       {advice.command}')
+    say('')
     for evaluation in evaluations:
         for notice in evaluation.notices:
             say(f'warning: {evaluation.name}: {notice}')
@@ -80,6 +102,9 @@ def _print(evaluations: list[Evaluation], total: Statistics) -> None:
         '(Lagrange-Euler) [N m]')
     columns = {'RMS': errors.rms, 'mean |e|': errors.mean_abs, 'signed mean': errors.signed_mean,
                'correlation': errors.correlation}
+    if total.expected is not None:
+        columns['deviation'] = total.expected.deviation
+        columns['within'] = total.expected.coverage
     show_table(('joint', *columns), [
         (joint, *(f'{column[i]:.3f}' for column in columns.values()))
         for i, joint in enumerate(JOINTS)])

@@ -16,6 +16,7 @@ from .recording import Recording
 from .running import RunningStatistics
 from .stamp_statistics import StampClock, StampStatistics
 from ..estimation.events import Event, REMEDIES
+from ..estimation.explanation import Explained, ResidualExplainer, WINDOW
 from ..estimation.predictor import Prediction, Predictor
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
@@ -69,6 +70,7 @@ class _Run:
         self._clock = StampClock()
         self._checker = DataChecker(settings)
         self._residuals = _ThinnedResiduals()
+        self._explanations = _Explanations(settings)
 
     def add(self, block: Block) -> None:
         """Add a block of estimates."""
@@ -76,7 +78,7 @@ class _Run:
         prediction = self.predictor.predict(estimate)
         pairs, terms = self._compare(block, prediction)
         for statistics in self._statistics:
-            statistics.add(self._settings.arm, pairs, terms)
+            statistics.add(self._settings.arm, pairs, terms, prediction.deviation)
         time = self._clock.elapsed(estimate.stamp_ns, block.dt)
         measured = pairs['lagrange_euler'][0]
         efforts = [pairs[name][1] for name in METHODS]
@@ -87,6 +89,7 @@ class _Run:
         state = np.stack([estimate.q, estimate.qd, estimate.qdd, measured], axis=1)
         self._checker.add(time[there], state[there], block.q[there], block.measured_qd[there])
         self._residuals.add(time[there], (measured - prediction.effort)[there], estimate.q[there])
+        self._explanations.add(time, prediction)
 
     def _compare(self, block: Block, prediction: Prediction
                  ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
@@ -129,7 +132,8 @@ class _Run:
             duration=stamps.duration, rate=stamps.rate,
             counts={getattr(key, 'value', key): n for key, n in self.predictor.counts.items()},
             notices=tuple(self._notices(stamps, check, contacts)), time=time, bands=bands,
-            check=check, contacts=tuple(contacts))
+            check=check, contacts=tuple(contacts),
+            explained=self._explanations.without(contacts))
 
     def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',
                  contacts: list[Contact]) -> Iterator[Notice]:
@@ -154,6 +158,37 @@ class _Run:
         for event, remedy in REMEDIES.items():
             if counts[event]:
                 yield Notice(event.value, f'{counts[event]} x {event.value}: {remedy}')
+
+
+class _Explanations:
+    """Explanations of the residual, one for every ten seconds."""
+
+    def __init__(self, settings: PredictorSettings) -> None:
+        self._explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
+        self._found: list[tuple[float, Explained]] = []  # time [s]
+        self._now = 0.0  # time of the newest prediction [s]
+        self._next = WINDOW  # time of the next explanation [s]
+
+    def add(self, time: Array, prediction: Prediction) -> None:
+        """Add predictions at times (n,) [s]."""
+        for i, now in enumerate(time):
+            one: Any = Prediction(*(field[i] for field in prediction))  # type: ignore[index]
+            if np.isfinite(one.residual[0]):
+                self._explainer.add(one)
+            self._now = now
+            if now >= self._next:
+                self._explain()
+
+    def _explain(self) -> None:
+        self._found.append((self._now, self._explainer.explain()))
+        self._next = self._now + WINDOW
+
+    def without(self, contacts: list[Contact]) -> tuple[Explained, ...]:
+        """Return the explanations of intervals without contact."""
+        if not self._found:
+            self._explain()
+        return tuple(one for time, one in self._found if not any(
+            time - WINDOW < contact.end and contact.start < time for contact in contacts))
 
 
 class _ThinnedResiduals:

@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 from .contact_intervals import Contact
 from .data_check import DataCheck
 from .notices import Notice
+from ..estimation.explanation import Explained
 from ..model.arrays import Array
 
 METHODS = ('lagrange_euler', 'newton_euler')
 # Of the acceleration: the paper's, the node's with align false, the node's.
 ESTIMATORS = ('first_difference', 'butterworth_live', 'butterworth_aligned')
+BAND = 1.96  # expected deviations within which 95 % of the residuals lie
 TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')  # of the effort
 
 
@@ -31,6 +33,13 @@ class Band(NamedTuple):
     high: Array  # (m, 7)
 
 
+class Expected(NamedTuple):
+    """Residual compared with its expected standard deviation; arrays (7,) in joint order."""
+
+    deviation: Array  # RMS of the expected standard deviation [N m]
+    coverage: Array  # share of the residuals within 1.96 expected deviations
+
+
 Errors = dict[str, ErrorStatistics]  # by the name of a method or an estimator
 
 
@@ -42,6 +51,7 @@ class Statistics:
     methods: Errors  # of each of METHODS; empty if there is no valid effort
     estimators: Errors  # of the Lagrange-Euler effort with each of ESTIMATORS
     shares: dict[str, Array]  # each of TERMS -> its RMS, (7,) [N m]; empty without predictions
+    expected: 'Expected | None'  # None if there is no valid effort or no expectation
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +70,7 @@ class Evaluation(Statistics):
     bands: dict[str, Band]
     check: 'DataCheck | None' = None  # None if too few samples have effort
     contacts: tuple[Contact, ...] = ()  # where the residual exceeds errors of the model
+    explained: tuple[Explained, ...] = ()  # what explains the residual, every ten seconds
 
     @property
     def warnings(self) -> tuple[str, ...]:

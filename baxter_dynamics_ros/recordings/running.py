@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .evaluation_results import Errors, ErrorStatistics, ESTIMATORS, METHODS, Statistics, TERMS
+from .evaluation_results import (BAND, Errors, ErrorStatistics, ESTIMATORS, Expected, METHODS,
+                                 Statistics, TERMS)
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
@@ -44,9 +45,10 @@ class RunningStatistics:
         self._errors = {name: RunningErrors() for name in METHODS + ESTIMATORS}
         self._squares = {name: np.zeros(N_JOINTS) for name in TERMS}
         self._count = 0
+        self._expected = np.zeros((2, N_JOINTS))  # square of the deviation; residuals within
 
-    def add(self, arm: str, efforts: dict[str, tuple[Array, Array]],
-            terms: dict[str, Array]) -> None:
+    def add(self, arm: str, efforts: dict[str, tuple[Array, Array]], terms: dict[str, Array],
+            deviation: Array) -> None:
         """
         Add n samples of an arm.
 
@@ -59,6 +61,8 @@ class RunningStatistics:
             with NaN are left out.
         terms : dict
             Each term of the predicted effort, (n, 7) [N m].
+        deviation : ndarray (n, 7)
+            Expected standard deviation of the residual [N m].
 
         """
         self._arms.add(arm)
@@ -68,13 +72,22 @@ class RunningStatistics:
         for name, values in terms.items():
             self._squares[name] += (values * values).sum(0)
         self._count += len(values)
+        residual = np.subtract(*efforts['lagrange_euler'])
+        valid = np.isfinite(residual[:, :1])
+        self._expected += np.sum([np.where(valid, deviation ** 2, 0.0),
+                                  np.abs(residual) <= BAND * deviation], axis=1)
 
     def result(self) -> Statistics:
         """Return the statistics of all samples so far."""
         shares = {name: np.sqrt(squares / self._count)
                   for name, squares in self._squares.items() if self._count}
-        return Statistics(', '.join(sorted(self._arms)), self._results(METHODS),
-                          self._results(ESTIMATORS), shares)
+        methods = self._results(METHODS)
+        expected = None
+        if methods and self._expected[0].all():
+            square, within = self._expected / methods['lagrange_euler'].count
+            expected = Expected(np.sqrt(square), within)
+        return Statistics(', '.join(sorted(self._arms)), methods, self._results(ESTIMATORS),
+                          shares, expected)
 
     def _results(self, names: tuple[str, ...]) -> Errors:
         results = {name: self._errors[name].result() for name in names}

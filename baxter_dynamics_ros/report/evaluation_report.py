@@ -13,11 +13,13 @@ from .page import render
 from .summary import summary_csv, summary_json
 from ..files import write_files
 from ..model.joints import JOINTS
+from ..recordings.advice import Assessment
 from ..recordings.evaluation_results import Evaluation, Statistics
 
 
 def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
-                     total: Statistics, command: str, parameters: str) -> None:
+                     total: Statistics, assessment: Assessment, command: str,
+                     parameters: str) -> None:
     """
     Write summary.csv and summary.json; then draw and write figures/*.svg and report.html.
 
@@ -29,6 +31,8 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
         At least one, each of one recording.
     total : Statistics
         Statistics over all recordings.
+    assessment : Assessment
+        Verdict, and what to do next.
     command : str
         Command line.
     parameters : str
@@ -41,7 +45,7 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
 
     """
     write_files(folder, {
-        'summary.json': summary_json(evaluations, total, command, parameters),
+        'summary.json': summary_json(evaluations, total, assessment, command, parameters),
         # The byte order mark tells spreadsheets that the file is UTF-8.
         'summary.csv': '\ufeff' + summary_csv(evaluations)})
     with styled():
@@ -53,6 +57,7 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
             for i, evaluation in enumerate(evaluations, 1)]
     page = render(
         'evaluation.html.j2', evaluations=evaluations, pictures=pictures, total=total,
+        assessment=assessment,
         findings=findings(RULES, total), several=len(evaluations) > 1,
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
         tables=evaluation_tables, methods=methods_of(total), command=command,

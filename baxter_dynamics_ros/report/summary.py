@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.advice import Assessment
 from ..recordings.evaluation_results import (ErrorStatistics, ESTIMATORS, Evaluation, METHODS,
                                              Statistics, TERMS)
 
@@ -20,8 +21,8 @@ _CSV_HEADER = ('recording', 'topic', 'arm', 'method', 'joint', 'samples', 'rms [
                'mean_abs [N m]', 'signed_mean [N m]', 'correlation')
 
 
-def summary_json(evaluations: Sequence[Evaluation], total: Statistics, command: str,
-                 parameters: str) -> str:
+def summary_json(evaluations: Sequence[Evaluation], total: Statistics,
+                 assessment: Assessment, command: str, parameters: str) -> str:
     """
     Return the statistics over all recordings and of each; null where there is no number.
 
@@ -31,13 +32,16 @@ def summary_json(evaluations: Sequence[Evaluation], total: Statistics, command: 
         One per recording.
     total : Statistics
         Statistics over all of them.
+    assessment : Assessment
+        Verdict, and what to do next.
     command, parameters : str
         Command line and parameter file.
 
     """
     return json.dumps(_plain({
         'version': __version__, 'command': command, 'parameters': parameters, 'joints': JOINTS,
-        'unit': 'N m', 'arm': total.arm, **_statistics(total),
+        'unit': 'N m', 'arm': total.arm, 'verdict': assessment.verdict,
+        'advice': assessment.advice, **_statistics(total),
         'recordings': [{
             **{name: getattr(evaluation, name) for name in (
                 'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'warnings', 'contacts')},
@@ -66,6 +70,7 @@ def summary_csv(evaluations: Sequence[Evaluation]) -> str:
 def _statistics(of: Statistics) -> dict[str, Any]:
     return {**{method: of.methods.get(method, NOTHING) for method in METHODS},
             'estimators': {name: of.estimators.get(name, NOTHING) for name in ESTIMATORS},
+            'expected': of.expected,
             'shares': {term: of.shares.get(term, NOTHING.rms) for term in TERMS}}
 
 

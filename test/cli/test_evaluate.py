@@ -61,6 +61,7 @@ def test_the_report_and_its_numbers(command, make_bag, moving_arm, tmp_path, mon
     assert sorted(path.name for path in tmp_path.iterdir()) == ['baxter_evaluation', 'run']
     assert sorted(path.name for path in folder.iterdir()) == ['figures', 'report.html',
                                                               'summary.csv', 'summary.json']
+    assert out.startswith('The residual ')
     assert out.splitlines()[-1] == f'report: {folder}/report.html'
     page = (folder / 'report.html').read_text()
     assert 'baxter_dynamics evaluate run' in page and 'defaults of the package' in page

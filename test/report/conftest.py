@@ -5,6 +5,7 @@ from dataclasses import replace
 from baxter_dynamics_ros.calibration.calibration_results import Calibration, Judged, Selection
 from baxter_dynamics_ros.calibration.term import Fitted
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
                                                                Evaluation, METHODS, Statistics,
                                                                TERMS)
@@ -32,7 +33,7 @@ def evaluate():
 def too_short():
     """Return what is found about a recording on which nothing can be predicted."""
     none = {signal: Band(np.zeros((0, 7)), np.zeros((0, 7))) for signal in METHODS}
-    return Evaluation('right', {}, {}, {}, 'too short', '/robot/joint_states', 0.0, 0.0,
+    return Evaluation('right', {}, {}, {}, None, 'too short', '/robot/joint_states', 0.0, 0.0,
                       {'received': 1}, (Notice('nothing', 'nothing could be predicted'),),
                       np.zeros(0), none)
 
@@ -102,9 +103,11 @@ def evaluation_folder(evaluate, too_short, tmp_path_factory):
     (folder / 'notes.txt').write_text('mine')
     (folder / 'report.html').write_text('old')
     first = evaluate(HOSTILE, warnings=['stamps <look> like times of arrival'])
-    total = Statistics('right', first.methods, first.estimators, first.shares)
+    total = Statistics('right', first.methods, first.estimators, first.shares, None)
+    assessment = Assessment(Verdict('uncalibrated', 'Larger than <calibrated>.'), (
+        Advice('calibrate', 'Calibrate:', 'baxter_dynamics calibrate "a&b"'),))
     write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], total,
-                     'evaluate "a&b" <c>', 'my.yaml')
+                     assessment, 'evaluate "a&b" <c>', 'my.yaml')
     return folder
 
 
@@ -131,7 +134,7 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
     return Evaluation(
         'right', {method: found[method] for method in METHODS if effort},
         {estimator: found[estimator] for estimator in ESTIMATORS if effort},
-        {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)},
+        {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)}, None,
         name, '/robot/joint_states', n * PERIOD, 1 / PERIOD,
         {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
         tuple(Notice('test', text) for text in warnings), time,

@@ -8,6 +8,7 @@ import re
 
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
+from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
 from baxter_dynamics_ros.recordings.contact_intervals import Contact
 from baxter_dynamics_ros.recordings.evaluation_results import ESTIMATORS, METHODS, TERMS
 import pytest
@@ -82,11 +83,13 @@ def test_summary_json(summary, first):
     assert two['newton_euler']['rms'] == three['shares']['gravity'] == [None] * 7
 
 
-def test_summary_json_has_the_contacts(first):
+def test_summary_json_has_contacts_and_assessment(first):
     from baxter_dynamics_ros.report.summary import summary_json
     contact = Contact('e0', 1.0, 2.0, 8.1, True)
-    text = summary_json([replace(first, contacts=(contact,))], first, '', '')
-    assert loads(text)['recordings'][0]['contacts'] == [contact._asdict()]
+    assessment = Assessment(Verdict('uncalibrated', 'x'), (Advice('zero', 'y', 'z'),))
+    found = loads(summary_json([replace(first, contacts=(contact,))], first, assessment, '', ''))
+    assert found['recordings'][0]['contacts'] == [contact._asdict()]
+    assert found['verdict']['kind'] == 'uncalibrated' and found['advice'][0]['command'] == 'z'
 
 
 def test_summary_csv(evaluation_folder, first):

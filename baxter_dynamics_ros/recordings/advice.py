@@ -1,0 +1,178 @@
+"""Verdict on a residual, against that of other Baxters, and what to do next."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+import sys
+from typing import NamedTuple
+
+import numpy as np
+
+from .evaluation_results import Evaluation, Expected, Statistics
+from .notices import Notice
+from ..estimation.explanation import Explained
+from ..estimation.settings import EffortModelSettings, PredictorSettings
+from ..model.arrays import Bools
+from ..model.joints import JOINTS, N_JOINTS
+
+# Largest RMS residual of a calibrated Baxter on left-out recordings [N m].
+CALIBRATED = np.array([0.5, 1.0, 0.5, 0.35, 0.15, 0.25, 0.1])
+
+_COVERED = 0.9  # share of residuals within 1.96 deviations below which a joint exceeds them
+_FREQUENT = 1 / 3  # share of the explanations that makes one worth acting on
+
+# Problem found by the data check -> kind of advice and what to do.
+_REMEDIES = {
+    'effort_sign': ('sign', 'Negate the effort where it is published or converted.'),
+    'joints_exchanged': ('order', 'Give each value the name of its joint: the robot publishes '
+                         'e0 e1 s0 s1 w0 w1 w2.'),
+    'effort_scale': ('unit', 'Convert the effort to N m.'),
+    'velocity_scale': ('unit', 'Convert the velocity to rad/s, and check the period of the '
+                       'stamps.'),
+    'effort_constant': ('effort', 'Record a robot or a simulator that measures effort.'),
+    'no_gravity': ('simulation', 'For a simulator without gravity, use a copy of simulation.yaml '
+                   'with gravity [0.0, 0.0, 0.0]; otherwise record the effort with gravity.'),
+    'no_springs': ('simulation', 'Use the parameters of a simulator.'),
+    'springs': ('robot', 'Use the parameters of a real robot.'),
+    'moved_by_hand': ('motion', 'Record a motion made by the motors; this shows one:')}
+
+
+class Verdict(NamedTuple):
+    """Assessment of the residual of one recording or several."""
+
+    kind: str  # 'calibrated', 'uncalibrated', 'larger', 'wrong_data' or 'no_effort'
+    text: str  # one sentence
+    joints: tuple[str, ...] = ()  # joints concerned
+
+
+class Advice(NamedTuple):
+    """Something to do next."""
+
+    kind: str  # calibrate, payload, zero; of a data check: sign, order, unit, simulation, ...
+    text: str  # one sentence
+    command: str = ''
+
+
+class Assessment(NamedTuple):
+    """Verdict, and what to do next, the most important first."""
+
+    verdict: Verdict
+    advice: tuple[Advice, ...] = ()
+
+
+def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: PredictorSettings,
+           recordings: str) -> Assessment:
+    """
+    Assess the residual of the Lagrange-Euler effort.
+
+    Parameters
+    ----------
+    total : Statistics
+        Over all recordings.
+    evaluations : sequence of Evaluation
+        Of each recording.
+    settings : PredictorSettings
+        Settings of the evaluation.
+    recordings : str
+        Recordings with their options, as the commands take them.
+
+    """
+    verdict = _judge(total, evaluations, settings)
+    evaluate = f'baxter_dynamics evaluate {recordings} --force'
+    if verdict.kind == 'wrong_data':
+        return Assessment(verdict, tuple(_corrections(evaluations, evaluate)))
+    if verdict.kind == 'no_effort':
+        return Assessment(verdict)
+    return Assessment(verdict, tuple(_improvements(verdict, evaluations, recordings, evaluate)))
+
+
+def _judge(total: Statistics, evaluations: Sequence[Evaluation],
+           settings: PredictorSettings) -> Verdict:
+    problems = _problems(evaluations)
+    if problems:
+        return Verdict('wrong_data', 'The measured data do not have the meaning that the model '
+                       f'assumes: {problems[0].text}.', problems[0].joints)
+    errors = total.methods.get('lagrange_euler')
+    if errors is None:
+        return Verdict('no_effort', 'There is no valid measured effort to compare with.')
+    expected, beyond = total.expected, _beyond(total.expected)
+    if expected is not None and beyond.any():
+        shares = ', '.join(f'{100 * expected.coverage[i]:.0f} % at {JOINTS[i]}'
+                           for i in np.flatnonzero(beyond))
+        return Verdict('larger', 'The residual is larger than expected: within 1.96 expected '
+                       f'deviations are only {shares}.', _names(beyond))
+    larger = errors.rms > 1.2 * CALIBRATED
+    if not larger.any():
+        return Verdict('calibrated', 'The residual is as small as that of a calibrated Baxter.')
+    if _is_calibrated(settings):
+        return Verdict('calibrated', 'The residual is within the deviation that these parameters '
+                       'expect.')
+    return Verdict('uncalibrated', 'The residual is that of a Baxter before calibration: larger '
+                   f'than after calibration at {", ".join(_names(larger))}.', _names(larger))
+
+
+def _corrections(evaluations: Sequence[Evaluation], evaluate: str) -> Iterator[Advice]:
+    kinds = {notice.kind for notice in _problems(evaluations)}
+    commands = {'no_springs': f'{evaluate} --params {_config("simulation.yaml")}',
+                'springs': evaluate, 'moved_by_hand': 'baxter_dynamics calibrate --plan'}
+    for kind, remedy in _REMEDIES.items():
+        if kind in kinds:
+            yield Advice(*remedy, commands.get(kind, ''))
+
+
+def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recordings: str,
+                  evaluate: str) -> Iterator[Advice]:
+    found = _frequent(evaluations)
+    if 'offset' in found:
+        joints = {one.sentence.joint for one in found['offset']}
+        yield Advice(
+            'zero', 'Much of the residual is a constant offset of '
+            f'{", ".join(joint for joint in JOINTS if joint in joints)}. With the robot '
+            'connected, zero it:', 'ros2 service call /torque_predictor/zero std_srvs/srv/Trigger')
+    if 'payload' in found:
+        mass = float(np.median([one.payload.mass for one in found['payload'] if one.payload]))
+        yield Advice(
+            'payload', f'The residual is what {mass:.2f} kg at the hand would cause. Give the '
+            'payload (payload.mass, payload.center_of_mass); that of the electric gripper with '
+            'standard fingers, 0.36 kg, is in a file:',
+            f'{evaluate} --params {_config("electric_gripper.yaml")}')
+    if verdict.kind != 'calibrated':
+        yield Advice(
+            'calibrate', 'Calibrate with at least ten seconds, better a minute, of motion of all '
+            'joints (calibrate --plan shows one):', f'baxter_dynamics calibrate {recordings}'
+            f'{" --payload" if "payload" in found else ""} -o my_robot.yaml')
+
+
+def _problems(evaluations: Sequence[Evaluation]) -> list[Notice]:
+    return [notice for evaluation in evaluations for notice in evaluation.notices
+            if notice.kind in _REMEDIES]
+
+
+def _beyond(expected: 'Expected | None') -> Bools:
+    """Return the joints whose residual exceeds the expected deviation, (7,)."""
+    return np.zeros(N_JOINTS, bool) if expected is None else expected.coverage < _COVERED
+
+
+def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:
+    """Return the explanations by kind, of the kinds that hold for much of the time."""
+    kinds: dict[str, list[Explained]] = {}
+    for evaluation in evaluations:
+        for one in evaluation.explained:
+            kinds.setdefault(one.sentence.kind, []).append(one)
+    least = _FREQUENT * sum(map(len, kinds.values()))
+    return {kind: found for kind, found in kinds.items() if len(found) >= least}
+
+
+def _is_calibrated(settings: PredictorSettings) -> bool:
+    return settings.effort_model.deviation != EffortModelSettings.deviation
+
+
+def _config(name: str) -> Path:
+    """Return the path of a parameter file of this package, installed or in the repository."""
+    folders = [Path(__file__).parents[2] / 'config',
+               Path(sys.prefix) / 'share' / 'baxter_dynamics_ros' / 'config']
+    return next((folder / name for folder in folders if (folder / name).is_file()),
+                Path('config') / name)
+
+
+def _names(where: Bools) -> tuple[str, ...]:
+    return tuple(JOINTS[i] for i in np.flatnonzero(where))

@@ -1,0 +1,88 @@
+"""Verdict and advice of an evaluation, for recordings with a known cause of the residual."""
+
+import re
+
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+import numpy as np
+import pytest
+
+pytest.importorskip('pinocchio', reason='needs Pinocchio: pip install pin')
+from baxter_dynamics_ros.recordings.advice import assess  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
+from baxter_dynamics_ros.recordings.recording import JointState  # noqa: E402
+
+FRICTION = {'effort_model.coulomb': [0.8, 0.9, 0.5, 0.4, 0.1, 0.1, 0.1],
+            'effort_model.dahl': [0.8, 0.9, 0.5, 0.4, 0.1, 0.1, 0.1]}
+EXPECTED = {'effort_model.deviation': [0.5, 0.6, 0.3, 0.3, 0.1, 0.1, 0.1]}
+
+
+class Recording:
+    """Joint states of moving_arm."""
+
+    name, topic, arm = 'run', '/robot/joint_states', 'right'
+
+    def __init__(self, messages, change=lambda effort: effort):
+        self._messages, self._change = messages, change
+
+    def __iter__(self):
+        for _, received, (stamp, names, q, qd, effort) in self._messages:
+            yield JointState(stamp, names, q, qd, self._change(effort), received)
+
+
+@pytest.fixture
+def assessed(moving_arm):
+    """Return a function that assesses 25 s of an arm whose true settings are given."""
+    def run(truth=None, values=None, change=lambda effort: effort):
+        settings = PredictorSettings.from_parameters(values or {})
+        evaluator = Evaluator(settings)
+        evaluation = evaluator.evaluate(Recording(moving_arm(2500, truth=truth), change))
+        found = assess(evaluator.total(), [evaluation], settings, 'run --arm right')
+        return found, evaluation, [advice.kind for advice in found.advice]
+    return run
+
+
+def test_small_residuals_need_no_advice(assessed):
+    found, evaluation, kinds = assessed(values=EXPECTED)
+    assert (found.verdict.kind, kinds) == ('calibrated', [])
+    assert (evaluation.expected.coverage > 0.95).all()
+    np.testing.assert_allclose(evaluation.expected.deviation, EXPECTED['effort_model.deviation'])
+
+
+def test_friction_asks_for_a_calibration(assessed):
+    found, _, kinds = assessed(FRICTION)
+    assert found.verdict.kind == 'uncalibrated' and kinds[-1] == 'calibrate'
+    assert found.advice[-1].command == 'baxter_dynamics calibrate run --arm right -o my_robot.yaml'
+    larger, evaluation, _ = assessed(FRICTION, EXPECTED)
+    assert larger.verdict.kind == 'larger' and 's0' in larger.verdict.joints
+    assert (evaluation.expected.coverage[:2] < 0.9).all()
+
+
+@pytest.mark.parametrize('truth, kind, text, command', [
+    ({'payload.mass': 0.9, 'payload.center_of_mass': [0.0, 0.0, 0.05]}, 'payload',
+     '0.9', '--params .*electric_gripper.yaml'),
+    ({'effort_model.bias': [0.0, 34.0, 0.0, 0.0, 0.0, 0.0, 0.0]}, 'zero',
+     'offset of s1', 'service call /torque_predictor/zero')])
+def test_causes_of_a_residual_are_named(assessed, truth, kind, text, command):
+    found, _, kinds = assessed(truth)
+    advice = found.advice[kinds.index(kind)]
+    assert text in advice.text and re.search(command, advice.command), advice
+
+
+@pytest.mark.parametrize('change, kind', [
+    (lambda effort: -effort, 'sign'), (lambda effort: 0.1 * effort, 'unit'),
+    (lambda effort: effort[[0, 1, 3, 2, 4, 5, 6]], 'order'),
+    (lambda effort: effort * (np.arange(7) != 3), 'effort')])
+def test_wrong_data_are_corrected_before_anything_else(assessed, change, kind):
+    found, _, kinds = assessed(change=change)
+    assert (found.verdict.kind, kinds) == ('wrong_data', [kind])
+
+
+def test_simulators_need_their_own_parameters(assessed):
+    found, _, kinds = assessed({'effort_model.enabled': False})
+    assert (found.verdict.kind, kinds) == ('wrong_data', ['simulation'])
+    assert found.advice[0].command.endswith('simulation.yaml')
+
+
+def test_no_effort_is_no_verdict_on_the_model(assessed):
+    found, evaluation, kinds = assessed(values=EXPECTED, change=lambda effort: 0.0 * effort)
+    assert (found.verdict.kind, kinds, evaluation.expected) == ('no_effort', [], None)
