@@ -30,8 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', default='baxter_evaluation', metavar='DIR',
                         help='folder for the report (default: %(default)s)')
     parser.add_argument('--save-bag', metavar='OUT',
-                        help='write the predicted effort, the residual and the external effort '
-                        'to a new bag')
+                        help='write the predicted effort, the residual with its deviation and the '
+                        'external effort to a new bag')
     add_force(parser)
 
 

@@ -89,8 +89,8 @@ def _judge(total: Statistics, evaluations: Sequence[Evaluation],
            settings: PredictorSettings) -> Verdict:
     problems = _problems(evaluations)
     if problems:
-        return Verdict('wrong_data', 'The measured data do not have the meaning that the model '
-                       f'assumes: {problems[0].text}.', problems[0].joints)
+        return Verdict('wrong_data', 'The data do not match the model of these settings: '
+                       f'{problems[0].text}.', problems[0].joints)
     errors = total.methods.get('lagrange_euler')
     if errors is None:
         return Verdict('no_effort', 'There is no valid measured effort to compare with.')
@@ -98,8 +98,8 @@ def _judge(total: Statistics, evaluations: Sequence[Evaluation],
     if expected is not None and beyond.any():
         shares = ', '.join(f'{100 * expected.coverage[i]:.0f} % at {JOINTS[i]}'
                            for i in np.flatnonzero(beyond))
-        return Verdict('larger', 'The residual is larger than expected: within 1.96 expected '
-                       f'deviations are only {shares}.', _names(beyond))
+        return Verdict('larger', 'The residual is larger than expected: instead of 95 %, only '
+                       f'{shares} lie within 1.96 expected deviations.', _names(beyond))
     larger = errors.rms > 1.2 * CALIBRATED
     if not larger.any():
         return Verdict('calibrated', 'The residual is as small as that of a calibrated Baxter.')
@@ -107,7 +107,9 @@ def _judge(total: Statistics, evaluations: Sequence[Evaluation],
         return Verdict('calibrated', 'The residual is within the deviation that these parameters '
                        'expect.')
     return Verdict('uncalibrated', 'The residual is that of a Baxter before calibration: larger '
-                   f'than after calibration at {", ".join(_names(larger))}.', _names(larger))
+                   'than after calibration at '
+                   f'{"every joint" if larger.all() else ", ".join(_names(larger))}.',
+                   _names(larger))
 
 
 def _corrections(evaluations: Sequence[Evaluation], evaluate: str) -> Iterator[Advice]:

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 import os
 from pathlib import Path
 import struct
+from typing import Any
 
 import numpy as np
 from rosbags.interfaces import Connection
@@ -85,19 +86,22 @@ def new_bag(path: str | Path) -> Iterator[BagWriter]:
 
 def save_predictions(recording: Recording, settings: PredictorSettings, writer: BagWriter,
                      node: str) -> None:
-    """Write predicted effort, residual and external effort as a node would publish them."""
+    """Write the efforts, residuals and their deviations that a node would publish."""
     predictor = Predictor(settings, external=True)
     names = joint_names(recording.arm)
     for state in recording:
         step = predictor.handle(*state)
-        prediction, external = step.prediction, step.external
-        for topic, result, values in (
-                ('predicted_effort', prediction, prediction and prediction.effort),
-                ('effort_residual', prediction, prediction and prediction.residual),
-                ('external_effort', external, external and external.effort)):
-            if result is not None and values is not None:
-                writer.joint_state(f'{node}/{topic}', result.stamp_ns, names, result.q, result.qd,
-                                   values, state.received_ns, BASE_FRAME)
+        found: list[tuple[str, Any, Any]] = []  # topic, its instant and motion, its effort
+        if step.prediction is not None:
+            found.append(('predicted_effort', step.prediction, step.prediction.effort))
+            if step.prediction.residual is not None:
+                found += [('effort_residual', step.prediction, step.prediction.residual),
+                          ('residual_deviation', step.prediction, step.prediction.deviation)]
+        if step.external is not None:
+            found.append(('external_effort', step.external, step.external.effort))
+        for topic, at, values in found:
+            writer.joint_state(f'{node}/{topic}', at.stamp_ns, names, at.q, at.qd, values,
+                               state.received_ns, BASE_FRAME)
 
 
 def _refuse_existing(path: Path) -> None:

@@ -119,8 +119,8 @@ def test_several_bags(summary, make_bag, moving_arm):
 
 
 def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving_arm, tmp_path):
-    messages = moving_arm(80)
-    for i in range(5, len(messages), 7):  # effort is missing now and then
+    messages = moving_arm(120)
+    for i in range(40, 45):  # effort is missing
         topic, received, content = messages[i]
         messages[i] = topic, received, (*content[:4], ())
     gripper = (10 ** 18, GRIPPER, [0.0, 0.1], [0.0, 0.0], [0.0, 0.0])
@@ -138,7 +138,7 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
             found.setdefault(connection.topic, []).append(
                 (received, reader.deserialize(raw, connection.msgtype)))
     assert set(found) == {f'/torque_predictor/{topic}' for topic in (
-        'predicted_effort', 'effort_residual', 'external_effort')}
+        'predicted_effort', 'effort_residual', 'residual_deviation', 'external_effort')}
     wanted, external = predictions(messages, values), []
     predictor = Predictor(PredictorSettings.from_parameters(values), external=True)
     for _, _, content in messages:
@@ -146,12 +146,13 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
             step = predictor.handle(*content)
             external += [step.external] if step.external else []
     without = [p for p in wanted if p.residual is None]
-    assert len(wanted) == 80 - 21 and without
+    assert len(wanted) == 120 - 21 and without
     residuals = [p for p in wanted if p.residual is not None]
     arm_received = [received for _, received, content in messages
                     if content[1] == joint_names('right')]
     for topic, expected, field in (('predicted_effort', wanted, 'effort'),
                                    ('effort_residual', residuals, 'residual'),
+                                   ('residual_deviation', residuals, 'deviation'),
                                    ('external_effort', external, 'effort')):
         published = found[f'/torque_predictor/{topic}']
         assert len(published) == len(expected)
