@@ -54,19 +54,8 @@ class CalibrateAction:
     """
     Action server that records joint states, fits the effort model and sets parameters.
 
-    The fit is a process of low priority, so that it does not delay predictions.
-
-    Parameters
-    ----------
-    node : ParameterNode
-        Node that has the parameters.
-    predictor : Predictor
-        Stream handler of the arm.
-    recent : RecentSteps
-        Newest results of the predictor.
-    action : type
-        ``baxter_dynamics_interfaces.action.Calibrate``.
-
+    The fit is a process of low priority, so that it does not delay predictions. ``action`` is the
+    type ``baxter_dynamics_interfaces.action.Calibrate``.
     """
 
     def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps,

@@ -88,12 +88,12 @@ class PredictorDiagnostics:
     def _cause_of_silence(self, types: list[str]) -> str:
         """Return why no joint states of the arm arrive."""
         topic, selector = self.topic, self.predictor.stream.selector
-        wanted = f'looking for {selector.names[0]} ... {selector.names[-1]}'
+        wanted = f'; looking for {selector.names[0]} ... {selector.names[-1]}'
         if self.statistics.since(Event.NOT_THIS_ARM) and selector.other_names is not None:
             seen = _listed(selector.other_names)
-            return (f'joint states on {topic} contain {seen}; {wanted} (parameters arm and '
+            return (f'joint states on {topic} contain {seen}{wanted} (parameters arm and '
                     'joint_prefix)' if seen else
-                    f'joint states on {topic} have no joint names; {wanted}')
+                    f'joint states on {topic} have no joint names{wanted}')
         if not types:
             return f'{topic} has no publisher'
         if _TYPE not in types:
@@ -164,7 +164,7 @@ class PredictorDiagnostics:
             STALE if self._is_stale else OK,
             'RMS of measured minus predicted effort' if rms is not None else
             'no residual in the last second: see the statuses filter and effort',
-            {'explanation': self.explanation,
+            {'explanation': 'none' if self._is_stale else self.explanation or 'none',
              **{f'{joint} RMS [N m]': 'none' if rms is None else f'{rms[i]:.3f}'
                 for i, joint in enumerate(JOINTS)}})
 

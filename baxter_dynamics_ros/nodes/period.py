@@ -12,37 +12,20 @@ from ..model.joints import N_JOINTS
 
 
 class PeriodStatistics:
-    """
-    Counts and sums of the period between two reports.
-
-    Attributes
-    ----------
-    counts : Counter
-        Counts since the start of the node, at the end of the last period.
-    rate : float
-        Rate of accepted joint states in the last period [Hz].
-    highest_rate : float
-        Larger rate of the last two periods [Hz], as a stream may start or end within a period.
-        Infinite if nothing arrived in the first of them.
-    dry : float
-        Time with joint states but without predictions [s].
-    residual_rms : ndarray (7,) or None
-        RMS of the residuals in the last period [N m]; None if there were none.
-    touched : ndarray (7,) of bool
-        Joints that were in contact in the last period.
-    unexplained : float or None
-        Joint torque that the last wrench does not explain [N m].
-
-    """
+    """Counts and sums of the period between two reports."""
 
     def __init__(self) -> None:
+        # Counts since the start of the node, at the ends of the last period and the one before.
         self.counts: Counter[Event | str] = Counter()
         self._before = self.counts
-        self.rate = self.highest_rate = float('inf')
-        self.dry = 0.0
-        self.residual_rms: Array | None = None
-        self.touched = np.zeros(N_JOINTS, dtype=bool)
-        self.unexplained: float | None = None
+        self.rate = float('inf')  # of accepted joint states in the last period [Hz]
+        # Larger rate of the last two periods [Hz], as a stream may start or end within a period.
+        # Infinite if nothing arrived in the first of them.
+        self.highest_rate = float('inf')
+        self.dry = 0.0  # time with joint states but without predictions [s]
+        self.residual_rms: Array | None = None  # (7,) in the last period [N m]
+        self.touched = np.zeros(N_JOINTS, dtype=bool)  # joints in contact in the last period
+        self.unexplained: float | None = None  # torque that the last wrench leaves over [N m]
         self._withheld = 0  # number of wrenches
         self._begin()
 

@@ -25,22 +25,12 @@ _SHUTDOWN_LIMIT = 8.0  # time limit for Fast DDS to destroy its participant [s]
 
 
 class GuardedExecutor(SingleThreadedExecutor):
-    """
-    Single-threaded executor that logs and counts exceptions in callbacks and continues.
-
-    Attributes
-    ----------
-    failures : int
-        Number of exceptions since the start.
-    last_failure : str
-        Type and text of the last one; empty if there was none.
-
-    """
+    """Single-threaded executor that logs and counts exceptions in callbacks and continues."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.failures = 0
-        self.last_failure = ''
+        self.failures = 0  # number of exceptions since the start
+        self.last_failure = ''  # type and text of the last one
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Wait for one callback and run it; raise only after the context has been shut down."""
@@ -74,17 +64,12 @@ def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None)
     name : str
         Prefix of error messages.
     args : list of str, optional
-        Command line; ``sys.argv`` by default.
+        Command line; ``sys.argv`` by default. Others than ROS arguments raise SystemExit.
 
     Returns
     -------
     int
         Exit code: 0 after a signal, 1 if the node cannot start, with one line on stderr.
-
-    Raises
-    ------
-    SystemExit
-        For ``--help``, and for arguments that are not ROS arguments.
 
     """
     code = _run(make_node, name, args)

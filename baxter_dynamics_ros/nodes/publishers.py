@@ -21,21 +21,7 @@ from ..model.arrays import Array
 
 
 class ResultPublishers:
-    """
-    Publishers of the results of one arm; results without subscribers are not published.
-
-    Parameters
-    ----------
-    node : Node
-        Node that owns the publishers.
-    predictor : Predictor
-        Source of the results.
-    statistics : PeriodStatistics
-        Counts the wrenches.
-    settings : PredictorSettings
-        Arm and frames of the messages.
-
-    """
+    """Publishers of the results of one arm; results without subscribers are not published."""
 
     def __init__(self, node: Node, predictor: Predictor, statistics: PeriodStatistics,
                  settings: PredictorSettings) -> None:
@@ -68,9 +54,7 @@ class ResultPublishers:
             self._publish(self._prediction, prediction.effort)
             if prediction.residual is not None:
                 self._publish(self._residual, prediction.residual)
-                if self._deviation.get_subscription_count():
-                    self._publish(self._deviation, self._predictor.model.effort_model.deviation_at(
-                        prediction.qd, prediction.qdd))
+                self._publish(self._deviation, prediction.deviation)
         if external is not None:
             self._prepare(external)
             self._publish(self._external, external.effort)

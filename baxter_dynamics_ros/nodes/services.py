@@ -26,24 +26,11 @@ _ZERO = np.zeros(N_JOINTS)
 
 
 class RecentSteps:
-    """
-    Newest results of a stream, with their age.
-
-    Parameters
-    ----------
-    clock : callable
-        Returns the time [s].
-
-    Attributes
-    ----------
-    accepted, predicted : Step or None
-        Results of the last accepted joint state, and of the last one with a prediction. None
-        before the first one; ``predicted`` also after a restart of the stream.
-
-    """
+    """Newest results of a stream, with their age by a clock [s]."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.accepted: Step | None = None
+        self.accepted: Step | None = None  # of the last accepted joint state
+        # Of the last one with a prediction; None after a restart of the stream.
         self.predicted: Step | None = None
         self._clock = clock
         self._accepted_at = self._predicted_at = -float('inf')  # [s]
@@ -81,17 +68,7 @@ class _Motion(NamedTuple):
 
 
 class DynamicsServices:
-    """
-    Handlers of the services gravity_torques and inverse_dynamics.
-
-    Parameters
-    ----------
-    predictor : Predictor
-        Stream handler of the arm.
-    recent : RecentSteps
-        Newest state and estimate.
-
-    """
+    """Handlers of the services gravity_torques and inverse_dynamics."""
 
     def __init__(self, predictor: Predictor, recent: RecentSteps) -> None:
         self._names = predictor.stream.selector.names

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 
 from . import topics
 from .calibrate import CalibrateAction
-from .diagnostic_updater import DiagnosticUpdater, Status
+from .diagnostic_updater import DiagnosticUpdater
 from .diagnostics import PredictorDiagnostics
 from .message_loss import MessageLoss
 from .messages import from_field, stamp_ns
@@ -25,6 +25,7 @@ from ..estimation.explanation import ResidualExplainer
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings, SETTINGS
 
+_EXPLAIN_PERIOD = 1_000_000_000  # [ns]
 _BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
 
 
@@ -52,9 +53,10 @@ class TorquePredictor(ParameterNode):
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
         model = self._predictor.model
         self._explainer = ResidualExplainer(model.arm, model.effort_model)
+        self._explained_ns = 0  # stamp of the last prediction that was explained
         self._diagnostics = PredictorDiagnostics(
             self, topic, self._predictor, self._recent, self._statistics, self._loss)
-        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', self._report)
+        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', self._diagnostics.report)
         self.accept_changes()
         self.get_logger().info(
             f'predicting {selector.names[0]} ... {selector.names[-1]} from {topic}, '
@@ -83,6 +85,7 @@ class TorquePredictor(ParameterNode):
         self._take(message, info)
         for waiting in take_waiting(self._subscription, _BATCH):
             self._take(*waiting)
+        self._explain()
 
     def _take(self, message: JointState, info: dict[str, Any]) -> None:
         self._loss.received(info.get('publication_sequence_number'))
@@ -102,14 +105,20 @@ class TorquePredictor(ParameterNode):
         if self._calibrate is not None:
             self._calibrate.add(message, received_ns, step)
 
-    def _report(self, period: float) -> dict[str, Status]:
-        """Explain the residual, and return the diagnostic statuses."""
+    def _explain(self) -> None:
+        """
+        Explain the residual once a second.
+
+        This takes milliseconds, so it follows a joint state, when the next is not due yet.
+        """
+        prediction = self._recent.predicted and self._recent.predicted.prediction
+        if prediction is None or 0 <= prediction.stamp_ns - self._explained_ns < _EXPLAIN_PERIOD:
+            return
+        self._explained_ns = prediction.stamp_ns
         explained = self._explainer.explain()
-        predicted = self._recent.predicted
-        if explained.payload is not None and predicted is not None and predicted.prediction:
-            self._results.publish_payload(explained.payload, predicted.prediction.stamp_ns)
         self._diagnostics.explanation = explained.sentence.text
-        return self._diagnostics.report(period)
+        if explained.payload is not None:
+            self._results.publish_payload(explained.payload, prediction.stamp_ns)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         retimed = self._predictor.stream.clock.retimed

@@ -27,16 +27,6 @@ class ZeroService:
 
     An arm with a large constant offset is in contact according to the detector. Contact is
     therefore accepted if it neither begins nor ends while residuals are collected.
-
-    Parameters
-    ----------
-    node : ParameterNode
-        Node that has the parameter.
-    predictor : Predictor
-        Stream handler of the arm.
-    recent : RecentSteps
-        Newest results of the predictor.
-
     """
 
     def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps) -> None:

@@ -28,25 +28,18 @@ class _Handler(SimpleXMLRPCRequestHandler):
 
 class CallbackServer:
     """
-    XML-RPC server of a subscriber, in its own thread.
+    XML-RPC server of a subscriber, in its own thread, on a free port of all addresses.
 
     Parameters
     ----------
     on_update : callable
         Called with a topic and the URIs of its publishers when these change.
 
-    Attributes
-    ----------
-    port : int
-        Port, open on all addresses of this machine.
-    called : threading.Event
-        Set by every call of the master.
-
     """
 
     def __init__(self, on_update: Callable[[str, tuple[str, ...]], None]) -> None:
         self._on_update = on_update
-        self.called = threading.Event()
+        self.called = threading.Event()  # set by every call of the master
         self._server = SimpleXMLRPCServer(('', 0), _Handler, logRequests=False)
         self.port: int = self._server.server_address[1]
         self._server.register_function(self._update, 'publisherUpdate')

@@ -17,22 +17,13 @@ class ClockOffset:
     The fastest arrivals of the last ten seconds determine the offset. It changes by at most 0.2 %
     of the elapsed time, so that shifted stamps stay as even as the robot's. It restarts when one
     of the clocks is set.
-
-    Attributes
-    ----------
-    offset_ns : int
-        This machine's clock minus the robot's, plus the minimum transport delay [ns].
-    steps : int
-        Number of restarts.
-    late_ns : int
-        Delay of the last message beyond the minimum transport delay [ns].
-
     """
 
     def __init__(self) -> None:
+        # This machine's clock minus the robot's, plus the minimum transport delay [ns].
         self.offset_ns = 0
-        self.steps = 0
-        self.late_ns = 0
+        self.steps = 0  # number of restarts
+        self.late_ns = 0  # delay of the last message beyond the minimum transport delay [ns]
         self._windows: deque[int] = deque(maxlen=_WINDOWS)
         self._fastest = 0  # of the present window [ns]
         self._window_began = 0  # time of arrival [ns]

@@ -29,32 +29,18 @@ class Connection:
     on_message : callable
         Called with this connection, the joint state and its time of arrival [ns].
 
-    Attributes
-    ----------
-    publisher : str
-        Name of the publisher; empty before the first connection.
-    connected : bool
-        Whether the connection is open.
-    since : float
-        Start of the latest connection, monotonic time [s].
-    connections : int
-        Number of connections so far.
-    malformed : int
-        Number of malformed headers and messages.
-    problem : Ros1Error or None
-        Why the connection is closed.
-
     """
 
     def __init__(self, topic: str, uri: str, caller_id: str, address_of: Callable[[str], str],
                  on_message: Callable[['Connection', JointState, int], None]) -> None:
         self.topic = topic
         self.uri = uri
-        self.publisher = ''
+        self.publisher = ''  # name; empty before the first connection
         self.connected = False
-        self.since = time.monotonic()
-        self.connections = self.malformed = 0
-        self.problem: Ros1Error | None = None
+        self.since = time.monotonic()  # start of the latest connection [s]
+        self.connections = 0  # number of connections so far
+        self.malformed = 0  # number of malformed headers and messages
+        self.problem: Ros1Error | None = None  # why the connection is closed
         self._caller_id = caller_id
         self._address_of = address_of
         self._on_message = on_message

@@ -28,18 +28,11 @@ class Master:
     caller_id : str
         Name of this node.
 
-    Attributes
-    ----------
-    endpoint : Endpoint
-        Host and port of the URI.
-    address : str
-        Address of the master; empty before the first :meth:`locate`.
-
     """
 
     def __init__(self, uri: str, caller_id: str) -> None:
         self.endpoint = endpoint(uri)
-        self.address = ''
+        self.address = ''  # empty before the first locate()
         self._caller_id = caller_id
 
     def locate(self) -> str:

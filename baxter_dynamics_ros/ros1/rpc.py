@@ -44,23 +44,11 @@ def call(server: Endpoint, stage: Stage, parse: Callable[[Any], _Value], method:
     """
     Call a method of a ROS 1 master or node and return its parsed value.
 
-    Parameters
-    ----------
-    server : Endpoint
-        Address and port.
-    stage : Stage
-        MASTER or PUBLISHER: the stage to report if the answer is not from a ROS node.
-    parse : callable
-        Returns the result, given the value of the answer; may raise Malformed.
-    method : str
-        One of METHODS.
-    *arguments
-        Arguments of the method.
-
     Raises
     ------
     Ros1Error
-        If there is no answer, or it is not from a ROS node, or reports a failure.
+        If there is no answer, it is not from a ROS node (then with the given stage), it reports a
+        failure, or ``parse`` rejects its value.
 
     """
     if method not in METHODS:

@@ -9,28 +9,17 @@ _HALF = 2 ** 31  # half the range of sequence numbers
 
 
 class Source:
-    """
-    Statistics of one publisher's messages, across reconnections.
-
-    Attributes
-    ----------
-    clock : ClockOffset
-        Offset of the publisher's clock.
-    received, lost, repeated : int
-        Number of messages received, missing in the sequence numbers, and dropped as repeated.
-    arrival_ns : int
-        Time of arrival of the last message, by this machine's clock [ns].
-    rate, jitter : float
-        Message rate [Hz] and standard deviation of the delay [s] over the last period.
-
-    """
+    """Statistics of one publisher's messages, across reconnections."""
 
     def __init__(self, publisher: str) -> None:
         self.publisher = publisher
         self.clock = ClockOffset()
-        self.received = self.lost = self.repeated = 0
-        self.arrival_ns = 0
-        self.rate = self.jitter = 0.0
+        self.received = 0  # number of messages
+        self.lost = 0  # missing in the sequence numbers
+        self.repeated = 0  # dropped
+        self.arrival_ns = 0  # of the last message, by this machine's clock [ns]
+        self.rate = 0.0  # over the last period [Hz]
+        self.jitter = 0.0  # standard deviation of the delay over the last period [s]
         self._uri = ''
         self._seq = self._stamp_ns = 0
         self._count, self._sum, self._square = 0, 0.0, 0.0  # delays in this period [s]

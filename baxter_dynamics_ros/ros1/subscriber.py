@@ -43,15 +43,6 @@ class Subscriber:
     name : str
         Prefix of this node's name; the rest makes it unique on the master.
 
-    Attributes
-    ----------
-    master : Master
-        Client of the master.
-    name : str
-        Name of this node on the master.
-    problem : Ros1Error or None
-        The failure of the last poll of the master.
-
     Raises
     ------
     Ros1Error
@@ -64,7 +55,7 @@ class Subscriber:
         self.name = f'{name}_{os.getpid()}_{random.randrange(16 ** 6):06x}'
         self.master = Master(master_uri, self.name)
         self.topics = tuple(topics)
-        self.problem: Ros1Error | None = None
+        self.problem: Ros1Error | None = None  # failure of the last poll of the master
         self._on_message = on_message
         self._log = log
         self._lock = threading.Lock()

@@ -25,11 +25,6 @@ class Stream:
     topic, caller_id : str
         Topic and name of this node.
 
-    Attributes
-    ----------
-    publisher : str
-        Name of the publisher.
-
     Raises
     ------
     Ros1Error
@@ -55,7 +50,7 @@ class Stream:
         except BaseException:
             self.close()
             raise
-        self.publisher = header.get('callerid', '')
+        self.publisher = header.get('callerid', '')  # its name
 
     def close(self) -> None:
         """Close the connection."""
