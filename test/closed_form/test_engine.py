@@ -170,14 +170,6 @@ def test_copies_and_pickles(again, both, random_states):
         assert not other.base_parameters.flags.writeable
 
 
-def test_derivatives_agree_with_the_coriolis_matrix(arm, random_states):
-    q, qd, qdd = random_states(50)
-    h, coriolis = arm.christoffel_symbols(q), arm.coriolis_matrix(q, qd)
-    np.testing.assert_array_equal(h, h.swapaxes(-1, -2))
-    np.testing.assert_allclose((h @ qd[:, None, :, None])[..., 0], coriolis, **EXACT)
-    np.testing.assert_allclose(arm.inverse_dynamics_gradient(q, qd, qdd)[1], 2 * coriolis, **EXACT)
-
-
 def test_momentum_and_torque_terms(arm, random_states):
     q, qd, qdd = random_states(50)
     momentum, transposed, gravity = arm.momentum_terms(q, qd)

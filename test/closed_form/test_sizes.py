@@ -43,12 +43,3 @@ def test_documented_table_is_up_to_date():
     # The paper: "over half a million". G_1 is zero and counts as no term.
     assert totals[0] == 808_991
     assert totals[:4] == sorted(totals[:4], reverse=True) and totals[1] > 10 * totals[3]
-
-
-def test_operations_of_a_matrix_product():
-    # A 4 x 4 product: 64 multiplications and 48 additions.
-    full = sizes._Tally()
-    sizes._Tally.additions = sizes._Tally.multiplications = 0
-    matrix = sizes._matrix([[full] * 4] * 4)
-    matrix.dot(matrix)
-    assert (sizes._Tally.additions, sizes._Tally.multiplications) == (48, 64)

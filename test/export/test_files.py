@@ -65,18 +65,6 @@ def test_c_example_prints_its_documented_output(export, run):
     assert run('./example').split() == printed.split()
 
 
-def test_the_c_header_explains_everything(export, arm):
-    text = export('c', arm)['baxter_dynamics.h'].read_text()
-    assert re.findall(r'^    double (\w+); /\* ([^,]+), (.+) \*/$', text, re.MULTILINE) == [
-        (p.name, p.unit, p.text) for p in parameters(arm)]
-    for name, (inputs, outputs) in FUNCTIONS.items():
-        before = text[:text.index(f'void baxter_dynamics_{name}(')]
-        comment = ' '.join(before[before.rindex('/*'):].replace(' * ', ' ').split())
-        assert all(f'{vector}: 7, ' in comment for vector in ('q', *inputs))
-        assert all(f'[{output[2]}]' in comment for output in outputs)
-    assert max(map(len, text.splitlines())) <= 99
-
-
 def test_matlab_functions_in_octave(export, arm, run, tmp_path, states, check):
     needs('octave-cli', 'octave')
     export('matlab', arm)

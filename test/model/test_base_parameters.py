@@ -55,8 +55,3 @@ def test_mass_on_a_joint_axis_may_belong_to_either_link(link):
         moved.append(base_parameters.base_parameters(arm.parameters, pseudo))
     np.testing.assert_allclose(moved[0], moved[1], **EXACT)
     assert np.abs(moved[0] - arm.closed_form_parameters[:45]).max() > 1e-3 or link == 1
-
-
-def test_base_parameters_are_read_only():
-    with pytest.raises(ValueError):
-        BaxterArm().base_parameters[0] = 1.0

@@ -68,39 +68,12 @@ def test_spring_agrees_with_an_independent_study():
     assert np.sqrt(np.mean(difference ** 2)) < 0.6
 
 
-def test_spring_helps_carry_the_arm():
-    assert EffortModel().spring(np.zeros(7))[S1] == pytest.approx(34.83, abs=0.01)
-
-
-def test_spring_acts_on_s1_alone(random_states):
-    q, _, _ = random_states(100)
-    spring = EffortModel().spring(q)
-    np.testing.assert_array_equal(spring[:, OTHERS], 0.0)
-    other = q.copy()
-    other[:, OTHERS] = 0.3
-    np.testing.assert_array_equal(EffortModel().spring(other), spring)
-
-
 @pytest.mark.parametrize('beyond, border', [(-2.1, LOWER), (1.04, UPPER)], ids=['below', 'above'])
 def test_spring_is_held_beyond_its_range(beyond, border):
     np.testing.assert_array_equal(EffortModel().spring(_at_s1(beyond)),
                                   EffortModel().spring(_at_s1(border)))
     assert EffortModel().spring_is_held(_at_s1(beyond))
     assert not EffortModel().spring_is_held(_at_s1(border))
-
-
-def test_friction_is_odd_and_zero_at_rest(full_model, random_states):
-    _, qd, _ = random_states(100)
-    np.testing.assert_array_equal(full_model.friction(-qd), -full_model.friction(qd))
-    np.testing.assert_array_equal(full_model.friction(np.zeros(7)), 0.0)
-
-
-def test_coulomb_friction_saturates():
-    coulomb = np.arange(1.0, 8.0)
-    model = EffortModel(coulomb=coulomb)
-    np.testing.assert_allclose(model.friction(np.full(7, 1.0)), coulomb, rtol=1e-12)
-    np.testing.assert_allclose(model.friction(np.full(7, 0.05)), coulomb * np.tanh(1.0),
-                               rtol=1e-12)
 
 
 def test_rigid_is_tau(random_states):

@@ -31,28 +31,6 @@ def test_inverse_dynamics(arm, physics, states):
     np.testing.assert_allclose(arm.inverse_dynamics(*states), expected, **CLOSE)
 
 
-def test_mass_matrix(arm, physics, states):
-    model, data = physics
-    q, _, _ = states
-    expected = np.empty((len(q), 7, 7))
-    for full, data.qpos in zip(expected, q):
-        mujoco.mj_forward(model, data)
-        mujoco.mj_fullM(model, data, full)
-    np.testing.assert_allclose(arm.mass_matrix(q), expected, **CLOSE)
-
-
-def test_bias(arm, physics, states):
-    model, data = physics
-    q, qd, _ = states
-    expected = []
-    for data.qpos, data.qvel in zip(q, qd):
-        mujoco.mj_forward(model, data)
-        expected.append(data.qfrc_bias.copy())
-    _, coriolis, gravity = arm.terms(q, qd)
-    bias = np.einsum('nik,nk->ni', coriolis, qd) + gravity
-    np.testing.assert_allclose(bias, expected, **CLOSE)
-
-
 def test_forward_dynamics(physics, arm, states):
     model, data = physics
     q, qd, tau = states  # qdd's numbers, as torques

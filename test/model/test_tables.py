@@ -45,19 +45,6 @@ def test_gravity_as_printed(paper):
     assert paper_tables.GRAVITY == (float(x), float(y), float(z))
 
 
-def test_parameters_without_corrections():
-    p = paper_parameters(())
-    d, a, alpha, mass = np.transpose(paper_tables.TABLE_II)
-    np.testing.assert_array_equal(p.d, d)
-    np.testing.assert_array_equal(p.a, a)
-    np.testing.assert_array_equal(p.alpha, alpha)
-    np.testing.assert_array_equal(p.mass, mass)
-    np.testing.assert_array_equal(p.theta_offset, 0.0)
-    np.testing.assert_array_equal(p.center_of_mass, paper_tables.TABLE_IV)
-    for tensor, (xx, yy, zz, xy, yz, xz) in zip(p.inertia, paper_tables.TABLE_III):
-        np.testing.assert_array_equal(tensor, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
 def test_pseudo_inertia_without_corrections():
     rows = zip(paper_parameters(()).pseudo_inertia, paper_tables.TABLE_II,
                paper_tables.TABLE_III, paper_tables.TABLE_IV)
