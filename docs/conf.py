@@ -15,13 +15,17 @@ sys.path.insert(0, str(ROOT))
 
 project = 'baxter_dynamics_ros'
 author = copyright = 'the contributors'  # noqa: A001 (Sphinx asks for this name)
-extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'sphinx.ext.viewcode']
+extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'sphinx.ext.napoleon',
+              'sphinx.ext.viewcode']
 source_suffix = {'.rst': 'restructuredtext', '.md': 'markdown', '.txt': 'markdown'}
 exclude_patterns = ['drawing']
-html_theme_options = {'description': "The dynamics of the Baxter robot's arms"}
+html_theme_options = {'description': "The dynamics of the Baxter robot's arms",
+                      'page_width': '1240px', 'sidebar_width': '270px', 'body_max_width': 'none'}
 myst_enable_extensions = ['amsmath', 'dollarmath']
 myst_heading_anchors = 3
-autodoc_default_options = {'members': True, 'undoc-members': True}
+autodoc_default_options = {'members': True}
+autodoc_typehints = 'none'  # the docstrings have shapes and units
+napoleon_use_ivar = True
 
 
 def page(text):
