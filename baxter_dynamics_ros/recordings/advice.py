@@ -20,6 +20,8 @@ CALIBRATED = np.array([0.5, 1.0, 0.5, 0.35, 0.15, 0.25, 0.1])
 _COVERED = 0.9  # share of residuals within 1.96 deviations below which a joint exceeds them
 _FREQUENT = 1 / 3  # share of the explanations that makes one worth acting on
 
+_FITTED = {'tilt': 'a tilted base', 'friction': 'friction'}  # explanations a calibration removes
+
 # Problem found by the data check -> kind of advice and what to do.
 _REMEDIES = {
     'effort_sign': ('sign', 'Negate the effort where it is published or converted.'),
@@ -138,9 +140,11 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
             'standard fingers, 0.36 kg, is in a file:',
             f'{evaluate} --params {_config("electric_gripper.yaml")}')
     if verdict.kind != 'calibrated':
+        causes = ' and '.join(text for kind, text in _FITTED.items() if kind in found)
         yield Advice(
-            'calibrate', 'Calibrate with at least ten seconds, better a minute, of motion of all '
-            'joints (calibrate --plan shows one):', f'baxter_dynamics calibrate {recordings}'
+            'calibrate', (f'Much of the residual is due to {causes}. ' if causes else '')
+            + 'Calibrate with at least ten seconds, better a minute, of motion of all joints '
+            '(calibrate --plan shows one):', f'baxter_dynamics calibrate {recordings}'
             f'{" --payload" if "payload" in found else ""} -o my_robot.yaml')
 
 

@@ -51,6 +51,7 @@ def test_small_residuals_need_no_advice(assessed):
 def test_friction_asks_for_a_calibration(assessed):
     found, _, kinds = assessed(FRICTION)
     assert found.verdict.kind == 'uncalibrated' and kinds[-1] == 'calibrate'
+    assert 'friction' in found.advice[-1].text
     assert found.advice[-1].command == 'baxter_dynamics calibrate run --arm right -o my_robot.yaml'
     larger, evaluation, _ = assessed(FRICTION, EXPECTED)
     assert larger.verdict.kind == 'larger' and 's0' in larger.verdict.joints
