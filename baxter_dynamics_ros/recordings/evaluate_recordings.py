@@ -133,7 +133,7 @@ class _Run:
             counts={getattr(key, 'value', key): n for key, n in self.predictor.counts.items()},
             notices=tuple(self._notices(stamps, check, contacts)), time=time, bands=bands,
             check=check, contacts=tuple(contacts),
-            explained=self._explanations.without(contacts))
+            explained=self._explanations.result())
 
     def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',
                  contacts: list[Contact]) -> Iterator[Notice]:
@@ -165,8 +165,7 @@ class _Explanations:
 
     def __init__(self, settings: PredictorSettings) -> None:
         self._explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
-        self._found: list[tuple[float, Explained]] = []  # time [s]
-        self._now = 0.0  # time of the newest prediction [s]
+        self._found: list[Explained] = []
         self._next = WINDOW  # time of the next explanation [s]
 
     def add(self, time: Array, prediction: Prediction) -> None:
@@ -175,20 +174,13 @@ class _Explanations:
             one: Any = Prediction(*(field[i] for field in prediction))  # type: ignore[index]
             if np.isfinite(one.residual[0]):
                 self._explainer.add(one)
-            self._now = now
             if now >= self._next:
-                self._explain()
+                self._found.append(self._explainer.explain())
+                self._next = now + WINDOW
 
-    def _explain(self) -> None:
-        self._found.append((self._now, self._explainer.explain()))
-        self._next = self._now + WINDOW
-
-    def without(self, contacts: list[Contact]) -> tuple[Explained, ...]:
-        """Return the explanations of intervals without contact."""
-        if not self._found:
-            self._explain()
-        return tuple(one for time, one in self._found if not any(
-            time - WINDOW < contact.end and contact.start < time for contact in contacts))
+    def result(self) -> tuple[Explained, ...]:
+        """Return the explanations; that of the whole recording if it is shorter."""
+        return tuple(self._found or [self._explainer.explain()])
 
 
 class _ThinnedResiduals:

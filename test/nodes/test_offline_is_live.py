@@ -1,4 +1,4 @@
-"""What evaluate makes of a bag is what the running node publishes when the bag is played to it."""
+"""The predictions that evaluate saves equal those of the running node."""
 
 import json
 
@@ -13,6 +13,7 @@ pytest.importorskip('jinja2', reason='needs Jinja2: pip install ".[offline]"')
 
 from baxter_dynamics_ros.recordings.parameter_file import write_parameters  # noqa: E402, I100
 from rosbags.highlevel import AnyReader  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
 
 CALIBRATION = {
     'effort_model.coulomb': (0.61, 0.92, 0.43, 0.34, 0.15, 0.12, 0.05),
@@ -21,6 +22,9 @@ CALIBRATION = {
     'effort_model.bias': (0.5, -0.4, 0.3, 0.2, -0.1, 0.12, 0.05),
     'effort_model.stiffness': (-0.5, 0.0, 0.2, 0.0, 0.0, 0.1, 0.0),
     'effort_model.added_inertia': (0.25, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0),
+    'effort_model.deviation': (0.3, 0.4, 0.2, 0.2, 0.1, 0.1, 0.05),
+    'effort_model.deviation_velocity': (0.5, 0.3, 0.2, 0.2, 0.1, 0.1, 0.0),
+    'effort_model.deviation_acceleration': (0.2, 0.3, 0.1, 0.1, 0.0, 0.0, 0.1),
     'acceleration.velocity_lag': 0.0137,
     'gravity': (0.15, -0.12, -9.8081),
     'payload.mass': 0.35,
@@ -32,7 +36,8 @@ CHUNK = 50  # messages sent before the node's answers to them are awaited
 MET = {'not_this_arm', 'non_finite', 'out_of_order', 'duplicate', 'repeated_stamp', 'reset_gap',
        'reset_clock_jump', 'reset_position_jump', 'reset_velocity_source', 'effort_missing',
        'effort_all_zero', 'velocity_missing'}
-TOPICS = ('/torque_predictor/predicted_effort', '/torque_predictor/effort_residual')
+TOPICS = ('/torque_predictor/predicted_effort', '/torque_predictor/effort_residual',
+          '/torque_predictor/residual_deviation')
 
 
 @pytest.fixture
@@ -96,13 +101,14 @@ def test_evaluate_saves_what_the_node_publishes(
     assert len(received) > 600 and len(offline[TOPICS[1]]) < len(received)
 
     start_predictor('--params-file', str(parameters))
+    deviation = robot.listen(JointState, TOPICS[2])
     for k in range(0, len(messages), CHUNK):
         for _, when, content in messages[k:k + CHUNK]:
             robot.send(*content)
         expected = np.searchsorted(received, when, 'right')
         robot.until(lambda: len(robot.predicted) >= expected)  # so that none is lost
     robot.spin(0.3)
-    for topic, live in zip(TOPICS, (robot.predicted, robot.residual)):
+    for topic, live in zip(TOPICS, (robot.predicted, robot.residual, deviation)):
         saved = [message for _, message in offline[topic]]
         assert [stamp_ns(m.header) for m in live] == [
             m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec for m in saved]
