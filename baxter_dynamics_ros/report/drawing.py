@@ -14,10 +14,9 @@ from matplotlib.transforms import blended_transform_factory
 import numpy as np
 
 from ..model.arrays import Array
-from ..recordings.evaluation_results import Band
+from ..recordings.evaluation_results import BAND, Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
-SIGMAS = 1.96  # deviations within which 95 % of the residuals are expected
 _ROOM = 1.5  # height of a panel with the expected range, relative to that of the residuals
 _SMALLEST = 0.005  # least half height of a panel [N m]: the resolution of effort
 _GAP = 0.25  # time without samples that is shown as a gap; shorter is a low rate [s]
@@ -142,7 +141,7 @@ def draw_expected(axis: Axes, time: Array, deviation: Array, intervals: int) -> 
     residuals: it may reach beyond the panel.
     """
     time, _, deviation = _merged(*_bridged(time, deviation, deviation), intervals)
-    limit = SIGMAS * deviation
+    limit = BAND * deviation
     if (limit > 0.0).any():  # false where NaN
         lower, upper = axis.get_ylim()
         axis.fill_between(time, -limit, limit, color=SHADE, linewidth=0.0, zorder=0.5,

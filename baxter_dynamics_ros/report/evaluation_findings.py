@@ -1,40 +1,27 @@
-"""Findings of an evaluation: agreement, and the joints where it is missing."""
+"""Findings of an evaluation."""
 
 import numpy as np
 
 from .evaluation_figures import methods_of
 from .findings import listed
-from .number_text import number, torque
-from ..model.arrays import Array
+from .number_text import torque
 from ..model.joints import JOINTS
-from ..recordings.evaluation_results import ErrorStatistics, Statistics
-
-_GOOD = 0.9  # correlation from which the prediction follows the measurement
-
-
-def _agreement(of: Statistics) -> str:
-    errors = of.methods.get('lagrange_euler')
-    if errors is None:
-        return ('There is no valid measured effort to compare with. The figures show the '
-                'prediction.')
-    follows = errors.correlation >= _GOOD  # false where NaN
-    best, worst = errors.rms.argmin(), errors.rms.argmax()
-    text = (f'The RMS error is between {torque(errors.rms[best])} at {JOINTS[best]} and '
-            f'{torque(errors.rms[worst])} at {JOINTS[worst]}. ')
-    if follows.all():
-        return f'{text}Prediction and measurement correlate by {_GOOD} or more at every joint.'
-    lower = listed(~follows, _with(errors.correlation))
-    above = f'{_GOOD} or more at {listed(follows)}, and lower at' if follows.any() else 'only'
-    return f'{text}The correlation of prediction and measurement is {above} {lower}.'
+from ..recordings.evaluation_results import BAND, Statistics
 
 
 def _offset(of: Statistics) -> 'str | None':
     errors = of.methods.get('lagrange_euler')
-    if errors is None or not (mostly := _constant(errors) > 0.5).any():
+    if errors is None:
         return None
+    mostly = errors.signed_mean ** 2 > 0.5 * errors.rms ** 2
+    if of.expected is not None:
+        mostly &= np.abs(errors.signed_mean) > BAND * of.expected.deviation
+    if not mostly.any():
+        return None
+    offsets = [f'{joint} ({torque(value)})' for joint, value in zip(JOINTS, errors.signed_mean)]
     return ('More than half of the mean square error is a constant offset at '
-            f'{listed(mostly, _with(errors.signed_mean))}\u00a0N\u00a0m. Possible causes: a bias '
-            'of the measured effort, a load that is not modelled, a tilted base.')
+            f'{listed(mostly, offsets)}. Possible causes: a bias of the measured effort, a load '
+            'that is not modelled, a tilted base.')
 
 
 def _beyond_the_terms(of: Statistics) -> 'str | None':
@@ -63,16 +50,5 @@ def _acceleration(of: Statistics) -> 'str | None':
             f'{torque(first[most])} RMS, with the aligned filter {torque(aligned[most])}.')
 
 
-RULES = (
-    ('Agreement', _agreement), ('Offset', _offset),
-    ('Not in the model', _beyond_the_terms), ('Two methods', _two_methods),
-    ('Acceleration', _acceleration))
-
-
-def _constant(errors: ErrorStatistics) -> Array:
-    """Return the part (7,) of the mean square error that the signed mean makes, 0 to 1."""
-    return errors.signed_mean ** 2 / np.maximum(errors.rms ** 2, 1e-24)
-
-
-def _with(values: Array) -> list[str]:
-    return [f'{joint} ({number(value, 2)})' for joint, value in zip(JOINTS, values)]
+RULES = (('Offset', _offset), ('Not in the model', _beyond_the_terms),
+         ('Two methods', _two_methods), ('Acceleration', _acceleration))

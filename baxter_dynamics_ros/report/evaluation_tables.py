@@ -21,7 +21,7 @@ _STATISTICS = {'rms': 'RMS', 'mean_abs': 'mean |e|', 'correlation': 'correlation
 
 
 def size_table(of: Statistics) -> Table:
-    """Return RMS, mean |e| and correlation; one column each if both methods coincide."""
+    """Return size of the error, expected size, and correlation."""
     methods, columns = methods_of(of), []
     for statistic, label in _STATISTICS.items():
         for method, errors in methods.items():
@@ -29,6 +29,9 @@ def size_table(of: Statistics) -> Table:
             whole = float(np.fmax.reduce(values)) if statistic == 'rms' else None
             columns.append(Column(_SHORT[method], values, label, whole=whole)
                            if len(methods) > 1 else Column(label, values, whole=whole))
+    if of.expected is not None:
+        columns += [Column('expected deviation', of.expected.deviation),
+                    Column('within ±1.96 of it [%]', 100.0 * of.expected.coverage, digits=0)]
     return Table('Error e = measured − predicted effort [N m]', 'joint', JOINTS, columns)
 
 

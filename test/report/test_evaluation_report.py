@@ -10,7 +10,9 @@ from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
 from baxter_dynamics_ros.recordings.contact_intervals import Contact
-from baxter_dynamics_ros.recordings.evaluation_results import ESTIMATORS, METHODS, TERMS
+from baxter_dynamics_ros.recordings.evaluation_results import (ESTIMATORS, Expected, METHODS,
+                                                               TERMS)
+import numpy as np
 import pytest
 from report.pages import HOSTILE, Page
 
@@ -144,8 +146,10 @@ def test_two_columns_where_the_methods_differ(evaluate):
     assert 'Two methods' not in dict(findings(RULES, evaluate(apart=1e-10)))
 
 
-def test_warnings_come_first(page):
+def test_verdict_advice_and_warnings_come_first(page):
     before, _, after = page.text.partition('Summary')
+    assert before.index('Larger than <calibrated>.') < before.index(
+        'What to do next Calibrate: baxter_dynamics calibrate "a&b"') < before.index('2 warnings')
     assert '2 warnings' in before and 'too short: nothing could be predicted' in before
     assert after.count('No warnings') == 1  # the second recording
 
@@ -162,11 +166,12 @@ def test_sections_of_recordings(page):
 def test_findings(evaluate, too_short):
     from baxter_dynamics_ros.report.evaluation_findings import RULES
     from baxter_dynamics_ros.report.findings import findings
-    text = {topic: text.replace('\u00a0', ' ') for topic, text in findings(RULES, evaluate())}
-    assert 'between 0.14 N m at' in text['Agreement'] and '0.52 N m at s0' in text['Agreement']
-    assert '0.9 or more at s0, s1, e0, e1' in text['Agreement']
-    assert text['Agreement'].endswith('and lower at w2 (–).')
-    assert 's0 (0.50), s1 (−0.25)' in text['Offset']
+    one = evaluate()
+    text = {topic: text.replace('\u00a0', ' ') for topic, text in findings(RULES, one)}
+    assert 's0 (0.50 N m), s1 (−0.25 N m)' in text['Offset']
     assert text['Not in the model'].endswith('at w2.')
     assert 'first difference' in text['Acceleration']
-    assert [topic for topic, _ in findings(RULES, too_short)] == ['Agreement']
+    expected = Expected(np.array([0.2, 0.2, *5 * [0.01]]), np.ones(7))
+    text = dict(findings(RULES, replace(one, expected=expected)))
+    assert 'offset at s0 (0.50\u00a0N\u00a0m). ' in text['Offset']  # that of s1 is expected
+    assert findings(RULES, too_short) == []
