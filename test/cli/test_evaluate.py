@@ -27,8 +27,13 @@ def both_arms(moving_arm):
 
 
 @pytest.fixture
-def summary(command, tmp_path):
-    """Return a function that evaluates, and returns what summary.json holds."""
+def summary(command, tmp_path, monkeypatch):
+    """Return a function that evaluates without drawing figures, and returns summary.json."""
+    from baxter_dynamics_ros.report import evaluation_report
+    from baxter_dynamics_ros.report.drawing import Picture
+    monkeypatch.setattr(evaluation_report, 'effort_picture',
+                        lambda name, *_: Picture(name, '', b'<svg/>'))
+
     def run(*arguments):
         code, _, err = command('evaluate', *arguments, '--output', tmp_path / 'report', '--force')
         assert (code, err) == (0, '')
