@@ -140,12 +140,13 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
             'standard fingers, 0.36 kg, is in a file:',
             f'{evaluate} --params {_config("electric_gripper.yaml")}')
     if verdict.kind != 'calibrated':
+        output = 'my_robot_new.yaml' if 'my_robot.yaml' in recordings else 'my_robot.yaml'
         causes = ' and '.join(text for kind, text in _FITTED.items() if kind in found)
         yield Advice(
             'calibrate', (f'Much of the residual is due to {causes}. ' if causes else '')
             + 'Calibrate with at least ten seconds, better a minute, of motion of all joints '
             '(calibrate --plan shows one):', f'baxter_dynamics calibrate {recordings}'
-            f'{" --payload" if "payload" in found else ""} -o my_robot.yaml')
+            f'{" --payload" if "payload" in found else ""} -o {output}')
 
 
 def _problems(evaluations: Sequence[Evaluation]) -> list[Notice]:

@@ -32,11 +32,11 @@ class Recording:
 @pytest.fixture
 def assessed(moving_arm):
     """Return a function that assesses 25 s of an arm whose true settings are given."""
-    def run(truth=None, values=None, change=lambda effort: effort):
+    def run(truth=None, values=None, change=lambda effort: effort, inputs='run --arm right'):
         settings = PredictorSettings.from_parameters(values or {})
         evaluator = Evaluator(settings)
         evaluation = evaluator.evaluate(Recording(moving_arm(2500, truth=truth), change))
-        found = assess(evaluator.total(), [evaluation], settings, 'run --arm right')
+        found = assess(evaluator.total(), [evaluation], settings, inputs)
         return found, evaluation, [advice.kind for advice in found.advice]
     return run
 
@@ -53,8 +53,9 @@ def test_friction_asks_for_a_calibration(assessed):
     assert found.verdict.kind == 'uncalibrated' and kinds[-1] == 'calibrate'
     assert 'friction' in found.advice[-1].text
     assert found.advice[-1].command == 'baxter_dynamics calibrate run --arm right -o my_robot.yaml'
-    larger, evaluation, _ = assessed(FRICTION, EXPECTED)
+    larger, evaluation, _ = assessed(FRICTION, EXPECTED, inputs='run --params my_robot.yaml')
     assert larger.verdict.kind == 'larger' and 's0' in larger.verdict.joints
+    assert larger.advice[-1].command.endswith('--params my_robot.yaml -o my_robot_new.yaml')
     assert (evaluation.expected.coverage[:2] < 0.9).all()
 
 
