@@ -38,9 +38,7 @@ def _remaining(calibration: Calibration) -> str:
     after = calibration.rms_after
     most = int(after.argmax())
     return (f'{JOINTS[most]} has the largest residual, {torque(after[most])} RMS; it was '
-            f'{torque(calibration.rms_before[most])}. Compare the residual of the node with these '
-            'numbers: less than about twice as much is an error of the model, not contact or '
-            'load.')
+            f'{torque(calibration.rms_before[most])}.')
 
 
 def _best_terms(calibration: Calibration) -> 'str | None':

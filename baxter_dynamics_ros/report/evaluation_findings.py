@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .evaluation_figures import methods_of
 from .findings import listed
 from .number_text import torque
 from ..model.joints import JOINTS
@@ -31,24 +30,4 @@ def _beyond_the_terms(of: Statistics) -> 'str | None':
     return f'The error is larger than every term of the model at {listed(beyond)}.'
 
 
-def _two_methods(of: Statistics) -> 'str | None':
-    if len(methods_of(of)) < 2:
-        return None
-    first, second = of.methods.values()
-    return ('The RMS errors of Lagrange-Euler and Newton-Euler differ by up to '
-            f'{np.abs(first.rms - second.rms).max():.2g}\u00a0N\u00a0m. With the same parameters '
-            'they should not.')
-
-
-def _acceleration(of: Statistics) -> 'str | None':
-    if not {'first_difference', 'butterworth_aligned'} <= of.estimators.keys():
-        return None
-    first, aligned = (of.estimators[name].rms
-                      for name in ('first_difference', 'butterworth_aligned'))
-    most = np.argmax(first - aligned)
-    return (f"With the paper's first difference the error at {JOINTS[most]} is "
-            f'{torque(first[most])} RMS, with the aligned filter {torque(aligned[most])}.')
-
-
-RULES = (('Offset', _offset), ('Not in the model', _beyond_the_terms),
-         ('Two methods', _two_methods), ('Acceleration', _acceleration))
+RULES = (('Offset', _offset), ('Not in the model', _beyond_the_terms))

@@ -57,13 +57,19 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
             for i, evaluation in enumerate(evaluations, 1)]
     page = render(
         'evaluation.html.j2', evaluations=evaluations, pictures=pictures, total=total,
-        assessment=assessment,
-        findings=findings(RULES, total), several=len(evaluations) > 1,
+        assessment=assessment, findings=findings(RULES, total),
+        notices=_notices(evaluations), several=len(evaluations) > 1,
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
         tables=evaluation_tables, methods=methods_of(total), command=command,
         parameters=parameters)
     figures = {f'figures/{picture.name}.svg': picture.svg for picture in sum(pictures, [])}
     write_files(folder, {**figures, 'report.html': page})
+
+
+def _notices(evaluations: Sequence[Evaluation]) -> list[str]:
+    """Return the warnings of all recordings, with the recording's name if there are several."""
+    return [f'{evaluation.name}: {notice}' if len(evaluations) > 1 else str(notice)
+            for evaluation in evaluations for notice in evaluation.notices]
 
 
 def _file_name(name: str) -> str:

@@ -135,23 +135,19 @@ def test_tables(page, first):
 
 
 def test_two_columns_where_the_methods_differ(evaluate):
-    from baxter_dynamics_ros.report.evaluation_findings import RULES
     from baxter_dynamics_ros.report.evaluation_tables import size_table, table_five
-    from baxter_dynamics_ros.report.findings import findings
     apart = evaluate(apart=1e-6)
     assert [column.label for column in size_table(apart).columns] == 3 * ['L-E', 'N-E']
     assert [column.group for column in table_five(apart).columns][:3] == [
         'here', 'here', 'paper, set 1']
-    assert 'should not' in dict(findings(RULES, apart))['Two methods']
-    assert 'Two methods' not in dict(findings(RULES, evaluate(apart=1e-10)))
+    assert len(size_table(evaluate(apart=1e-10)).columns) == 3
 
 
 def test_verdict_advice_and_warnings_come_first(page):
-    before, _, after = page.text.partition('Summary')
+    before, _, _ = page.text.partition('Summary')
     assert before.index('Larger than <calibrated>.') < before.index(
         'What to do next Calibrate: baxter_dynamics calibrate "a&b"') < before.index('2 warnings')
     assert '2 warnings' in before and 'too short: nothing could be predicted' in before
-    assert after.count('No warnings') == 1  # the second recording
 
 
 def test_sections_of_recordings(page):
@@ -170,7 +166,6 @@ def test_findings(evaluate, too_short):
     text = {topic: text.replace('\u00a0', ' ') for topic, text in findings(RULES, one)}
     assert 's0 (0.50 N m), s1 (−0.25 N m)' in text['Offset']
     assert text['Not in the model'].endswith('at w2.')
-    assert 'first difference' in text['Acceleration']
     expected = Expected(np.array([0.2, 0.2, *5 * [0.01]]), np.ones(7))
     text = dict(findings(RULES, replace(one, expected=expected)))
     assert 'offset at s0 (0.50\u00a0N\u00a0m). ' in text['Offset']  # that of s1 is expected
