@@ -10,6 +10,7 @@ from .calibration_results import Calibration
 from .checks import check_data, distinct, long_enough, one_arm, refuse, warnings
 from .fit import best_fit, choose, Fit
 from .fit_data import Motion, observe, residual, rms
+from .noise import robust_weights
 from .normal import pose
 from .term import Term
 from .terms import all_terms, OPTIONAL
@@ -85,9 +86,10 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     contacts = [contact for motion in motions for contact in find_contacts(
         motion.time, residual(motion, choice.settings), motion.q, motion.name)]
     free = _without(contacts, motions, notices)
-    if free is not motions:
-        problem = pose(settings, terms, free)
-        choice = choose(problem, wanted)
+    weights = robust_weights([residual(motion, choice.settings) for motion in free])
+    problem = pose(settings, terms, [
+        replace(motion, weight=weight) for motion, weight in zip(free, weights)])
+    choice = choose(problem, wanted)
     progress('judging on what was left out')
     fit, last = best_fit(problem, choice.steps)
     notices += _doubts(fit, choice.unidentifiable, [
@@ -99,7 +101,7 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
         arm=settings.arm, before=settings, after=fit.settings, parameters=fit.parameters,
         steps=choice.steps[:last + 1], judged=judged, by_time=by_time, lag=lag, check=check,
         contacts=[] if free is motions else contacts, notices=tuple(notices),
-        samples=problem.whole.count, duration=sum(motion.duration for motion in free),
+        samples=sum(map(len, free)), duration=sum(motion.duration for motion in free),
         s1_range=sweep)
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from .body_terms import Links, Tilt, Tool
 from .calibration_results import Judged, Selection
 from .fit_data import residual, rms
-from .noise import correlation_times
+from .joint_terms import Crosstalk, with_terms
+from .noise import correlation_times, expected_deviation
 from .normal import information, NormalEquations, Prior, Problem, solve
 from .selection import select, unidentifiable
 from .term import Fitted
@@ -96,9 +97,14 @@ def fit_terms(problem: Problem, step: Selection) -> Fit:
     parameters = [fitted for term, where in problem.terms if active[where].any()
                   for fitted in term.fitted(problem.before, settings, covariance[where, where],
                                             active[where])]
-    judged = [Judged(motion.name, motion.duration, rms(residual(motion, problem.before)),
-                     rms(residual(motion, problem.updated(b))))
-              for motion, b in zip(problem.motions, left_out)]
+    left = [residual(motion, problem.updated(b)) for motion, b in zip(problem.motions, left_out)]
+    judged = [Judged(motion.name, motion.duration, rms(residual(motion, problem.before)), rms(one))
+              for motion, one in zip(problem.motions, left)]
+    rest, velocity, acceleration = expected_deviation(
+        np.concatenate(left), *(np.concatenate([getattr(motion, name) for motion in
+                                                problem.motions]) for name in ('qd', 'qdd')))
+    settings = with_terms(settings, deviation=rest, deviation_velocity=velocity,
+                          deviation_acceleration=acceleration)
     return Fit(settings, parameters, judged, left_out)
 
 
@@ -112,13 +118,13 @@ def _spread(problem: Problem) -> Array:
     for term, where in problem.terms:
         active[where] = term.name in ('bias', 'payload')
     b = solve(problem.whole, np.ones(N_JOINTS), problem.regressor.prior, active)
-    return np.sqrt(problem.whole.squared_error(b) / problem.whole.count)
+    return problem.rms(problem.whole.squared_error(b)[None])
 
 
 def _is_bilinear(problem: Problem, active: Bools) -> bool:
-    """Return whether both the tilt and links or payload are fitted: their product is bilinear."""
+    """Return whether products of parameters are fitted: tilt and bodies, crosstalk and effort."""
     kinds = {type(term) for term, where in problem.terms if active[where].any()}
-    return Tilt in kinds and bool(kinds & {Links, Tool})
+    return Tilt in kinds and bool(kinds & {Links, Tool}) or Crosstalk in kinds
 
 
 def _free(problem: Problem, active: Bools) -> Bools:

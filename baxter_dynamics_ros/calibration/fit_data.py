@@ -31,6 +31,7 @@ class Motion:
     effort: Array  # (n, 7) measured [N m]
     newest_q: Array  # (n, 7) newest position at the time of the estimate [rad]
     newest_qd: Array  # (n, 7) newest measured velocity [rad/s]; NaN if missing
+    weight: Array  # (n, 7) weight of each measured effort in a fit
     counts: dict[Any, int] = field(default_factory=dict)  # counts of the stream handler
 
     def __len__(self) -> int:
@@ -112,7 +113,7 @@ def observe(recording: Recording, settings: PredictorSettings) -> Motion:
         np.concatenate(column) for column in zip(*parts))
     time = (stamps - stamps[:1]) * 1e-9
     return Motion(recording.name, time, q, qd, qdd, effort, newest_q, newest_qd,
-                  dict(predictor.counts))
+                  np.ones(q.shape), dict(predictor.counts))
 
 
 def residual(motion: Motion, settings: PredictorSettings) -> Array:

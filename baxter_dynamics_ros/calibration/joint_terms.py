@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from .term import Sample, Term, WORTH
+from .term import Sample, Term, WORTH, WORTH_OF_ODD
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.effort import EffortModel
-from ..model.joints import N_JOINTS, S1
+from ..model.joints import JOINTS, N_JOINTS, S1
 
 # Standard deviations of the priors. Those of torques are shares of the largest joint torque.
 _LARGEST = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # torque of each joint [N m]
@@ -22,6 +22,7 @@ GAIN = 'gain'  # component of a spring with a fixed shape
 _GAIN = 0.2  # gain of a fixed spring shape [-]
 _SHAPE = 5.0  # coefficient of the spring [N m]
 _NEW_SHAPE = 100.0  # ... without prior knowledge [N m]
+_CROSSTALK = 0.05  # share of another joint's effort [-]
 _COMPONENTS = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
 
 
@@ -44,7 +45,7 @@ class PerJoint(Term):
         return self._column(sample)[:, joint, None]
 
     def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
-        return _with_terms(settings, **{self.name: self.read(settings) + deviation})
+        return with_terms(settings, **{self.name: self.read(settings) + deviation})
 
     def read(self, settings: PredictorSettings) -> Array:
         return np.array(getattr(settings.effort_model, self.name))
@@ -59,7 +60,7 @@ class DahlFriction(PerJoint):
         self.length = length
 
     def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
-        return _with_terms(super().updated(settings, deviation), dahl_length=self.length)
+        return with_terms(super().updated(settings, deviation), dahl_length=self.length)
 
 
 class Spring(Term):
@@ -86,12 +87,41 @@ class Spring(Term):
 
     def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
         coefficients = settings.effort_model.spring_coefficients + deviation @ self._units
-        return _with_terms(settings, spring_coefficients=coefficients)
+        return with_terms(settings, spring_coefficients=coefficients)
 
     def read(self, settings: PredictorSettings) -> Array:
         return settings.effort_model.spring_coefficients @ np.linalg.pinv(self._units)
 
 
-def _with_terms(settings: PredictorSettings, **terms: Any) -> PredictorSettings:
+class Crosstalk(Term):
+    """Shares of the effort of other joints in the measured effort, 42 in the order of the rows."""
+
+    name = 'crosstalk'
+    separate = True
+    least = 0.02  # smaller ones, mostly at the wrist, imitate other errors and do not travel
+    worth = WORTH_OF_ODD
+
+    def __init__(self) -> None:
+        rows, columns = np.nonzero(~np.eye(N_JOINTS, dtype=bool))
+        self.prior = np.full(len(rows), _CROSSTALK)
+        self.lower = np.full(len(rows), -np.inf)
+        self.acts = rows == np.arange(N_JOINTS)[:, None]
+        self.quantities = [(row, f'of {JOINTS[column]}', '-')
+                           for row, column in zip(rows.tolist(), columns.tolist())]
+        self._where = rows, columns
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        return np.delete(sample.effort, joint, axis=1)
+
+    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
+        matrix = np.reshape(settings.effort_model.crosstalk, (N_JOINTS, N_JOINTS))
+        matrix[self._where] += deviation
+        return with_terms(settings, crosstalk=matrix.ravel())
+
+    def read(self, settings: PredictorSettings) -> Array:
+        return np.reshape(settings.effort_model.crosstalk, (N_JOINTS, N_JOINTS))[self._where]
+
+
+def with_terms(settings: PredictorSettings, **terms: Any) -> PredictorSettings:
     """Return the settings with other terms of the effort model."""
     return replace(settings, effort_model=replace(settings.effort_model, **terms))

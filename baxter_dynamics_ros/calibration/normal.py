@@ -24,13 +24,14 @@ class NormalEquations:
     """
     Sums over samples per joint, for p parameters.
 
-    X_j is the regressor of joint j, and y_j its residual before the fit.
+    X_j is the regressor of joint j, y_j its residual before the fit, both without the crosstalk of
+    the model, and W_j the weights of the samples.
     """
 
-    matrix: Array  # (7, p, p) X_j^T X_j
-    vector: Array  # (7, p) X_j^T y_j
-    square: Array  # (7,) y_j^T y_j
-    count: int  # samples
+    matrix: Array  # (7, p, p) X_j^T W_j X_j
+    vector: Array  # (7, p) X_j^T W_j y_j
+    square: Array  # (7,) y_j^T W_j y_j
+    count: Array  # (7,) sum of W_j
 
     def __add__(self, other: 'NormalEquations') -> 'NormalEquations':
         """Return the sums over both."""
@@ -85,15 +86,16 @@ class Regressor:
         p = len(self._deviation)
         matrix, vector = np.zeros((N_JOINTS, p, p)), np.zeros((N_JOINTS, p))
         square = np.zeros(N_JOINTS)
-        for x, y in self._rows(motion):
+        for x, y, weight in self._rows(motion):
             for joint, acts in enumerate(self.acts):
-                matrix[joint][np.ix_(acts, acts)] += x[joint].T @ x[joint]
-                vector[joint, acts] += x[joint].T @ y[:, joint]
-            square += (y * y).sum(0)
-        return NormalEquations(matrix, vector, square, len(motion))
+                weighted = x[joint].T * weight[:, joint]
+                matrix[joint][np.ix_(acts, acts)] += weighted @ x[joint]
+                vector[joint, acts] += weighted @ y[:, joint]
+            square += (weight * y * y).sum(0)
+        return NormalEquations(matrix, vector, square, motion.weight.sum(0))
 
-    def _rows(self, motion: Motion) -> Iterator[tuple[list[Array], Array]]:
-        """Yield the columns X_j that act on each joint, and y (n, 7), some rows at a time."""
+    def _rows(self, motion: Motion) -> Iterator[tuple[list[Array], Array, Array]]:
+        """Yield the columns X_j that act on each joint, y and W (n, 7), some rows at a time."""
         arm, model = self.settings.model.arm, self.settings.model.effort_model
         lengths = sorted({model.dahl_length, *(term.length for term in self.terms
                                                if isinstance(term, DahlFriction))})
@@ -102,16 +104,19 @@ class Regressor:
             rows = slice(start, start + _ROWS)
             part = motion.take(rows)
             presliding = dict(zip(lengths, states[rows].swapaxes(0, 1)))
-            sample = Sample(part, presliding, arm)
-            tau = arm.inverse_dynamics(part.q, part.qd, part.qdd)
-            y = part.effort - model.effort(tau, part.q, part.qd, part.qdd,
-                                           presliding[model.dahl_length])
+            # torque() inverts the crosstalk: the parameters of a joint act on that joint alone.
+            inertial = (arm.inverse_dynamics(part.q, part.qd, part.qdd)
+                        + model.added_inertia * part.qdd)
+            measured, present = (model.torque(effort, part.q, part.qd, presliding[
+                model.dahl_length]) for effort in (part.effort, np.zeros(part.q.shape)))
+            y = measured - inertial
+            sample = Sample(part, presliding, arm, inertial - present)
             columns = [np.concatenate([term.columns(sample, joint) for term in self.terms
                                        if term.acts[joint].any()] or [y[:, :0]], axis=1)
                        for joint in range(N_JOINTS)]
             for joint, x in enumerate(columns):
                 y[:, joint] += x @ self._deviation[self.acts[joint]]
-            yield columns, y
+            yield columns, y, part.weight
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +144,12 @@ class Problem:
 
     def weights(self, rms: Array, correlation_time: Array | float = SHORTEST) -> Array:
         """Return 1 / variance (7,) for one sample per correlation time [1/(N m)^2]."""
-        rate = self.whole.count / sum(motion.duration for motion in self.motions)
+        rate = sum(map(len, self.motions)) / sum(motion.duration for motion in self.motions)
         return 1 / (np.maximum(rms, 1e-4) ** 2 * np.maximum(rate * correlation_time, 1.0))
+
+    def rms(self, squared_errors: Array) -> Array:
+        """Return the RMS (7,) of the squared residuals (folds, 7) of all folds [N m]."""
+        return np.sqrt(squared_errors.sum(0) / self.whole.count)
 
     def none(self) -> Bools:
         """Return the mask (p,) of no parameter."""

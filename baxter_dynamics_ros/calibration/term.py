@@ -39,6 +39,7 @@ class Sample:
     motion: Motion
     presliding: dict[float, Array]  # Dahl's state (n, 7) for each length [rad]
     arm: BaxterArm
+    effort: Array  # (n, 7) of the present model, without crosstalk [N m]
 
     @cached_property
     def regressor(self) -> Array:
@@ -72,6 +73,10 @@ class Term(ABC):
         Joint or link, component and unit of each reported quantity.
     shared : bool
         Whether the term acts on all joints together.
+    separate : bool
+        Whether each parameter is selected by itself, and must help in most folds.
+    least : float
+        Minimum of the absolute value of a parameter that is selected by itself.
     worth : float
         Minimum relative improvement of the RMS for which the term is kept.
 
@@ -83,6 +88,8 @@ class Term(ABC):
     acts: Bools
     quantities: list[tuple[int | None, str, str]]
     shared = False
+    separate = False
+    least = 0.0
     worth = WORTH
 
     @abstractmethod

@@ -3,13 +3,14 @@
 import numpy as np
 
 from .body_terms import Links, Tilt, Tool
-from .joint_terms import DahlFriction, OFFSET, PerJoint, Spring, TORQUE
+from .joint_terms import Crosstalk, DahlFriction, OFFSET, PerJoint, Spring, TORQUE
 from .term import Term, WORTH_OF_ODD
 from ..estimation.settings import PredictorSettings
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
 
-TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt')
+TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt',
+         'crosstalk')
 OPTIONAL = ('inertial', 'payload')  # fitted only on request, and then always
 
 _INERTIA = 0.5  # standard deviation of the prior [kg m^2]
@@ -50,7 +51,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     if arm.gravity_vector[2]:
         terms.append(Tilt())
     return [
-        *terms, Links(arm),
+        *terms, Links(arm), Crosstalk(),
         # Last, because stiffness over a small range can imitate other terms; s1 has the spring.
         PerJoint('stiffness', 'N m/rad', TORQUE, lambda sample: sample.motion.q, without=(S1,),
                  worth=WORTH_OF_ODD),

@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 
-from baxter_dynamics_ros.calibration.fit_data import Motion
+from baxter_dynamics_ros.calibration.fit_data import Motion, residual
 from baxter_dynamics_ros.calibration.term import Sample
 from baxter_dynamics_ros.calibration.terms import dahl_lengths
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
@@ -169,6 +169,12 @@ def motion():
 
 
 @pytest.fixture(scope='session')
+def decoupled():
+    """Return a function that removes the crosstalk of some settings from effort (n, 7)."""
+    return _decoupled
+
+
+@pytest.fixture(scope='session')
 def columns():
     """Return a function that returns a term's columns for all joints, (n, 7, p)."""
     return _columns
@@ -185,6 +191,8 @@ def _true_value(parameter, truth):
         gain = values['effort_model.spring_coefficients'][2] / SPRING_COEFFICIENTS[2]
         return gain if which == 'gain' else values['effort_model.spring_coefficients'][
             names.index(which)]
+    if term == 'crosstalk':
+        return values['effort_model.crosstalk'][7 * parameter.joint + JOINTS.index(which[3:])]
     if term == 'inertial':
         mass = values['links.mass'][parameter.joint]
         return mass if which == 'mass' else mass * values['links.center_of_mass'][
@@ -204,15 +212,22 @@ def _make_motion(n, rng):
     angle = rate * time[:, None, None] + rng.uniform(0.0, 6.0, (2, 7))
     q, qd, qdd = (x.sum(1) for x in (amplitude * np.sin(angle), amplitude * rate * np.cos(angle),
                                      -amplitude * rate ** 2 * np.sin(angle)))
-    return Motion('test', time, q, qd, qdd, rng.normal(0.0, 5.0, (n, 7)), q, qd)
+    return Motion('test', time, q, qd, qdd, rng.normal(0.0, 5.0, (n, 7)), q, qd,
+                  np.ones((n, 7)))
 
 
 def _columns(term, settings, motion):
     """Return a term's columns for all joints, (n, 7, p), zero where it does not act."""
     presliding = {length: motion.presliding(length)
                   for length in dahl_lengths(settings.model.effort_model)}
-    sample = Sample(motion, presliding, settings.model.arm)
+    present = _decoupled(motion.effort - residual(motion, settings), settings)
+    sample = Sample(motion, presliding, settings.model.arm, present)
     result = np.zeros((len(motion), 7, len(term.prior)))
     for joint in np.flatnonzero(term.acts.any(1)):
         result[:, joint, term.acts[joint]] = term.columns(sample, joint)
     return result
+
+
+def _decoupled(effort, settings):
+    """Return effort (n, 7) without the crosstalk of some settings."""
+    return np.linalg.solve(np.eye(7) + settings.model.effort_model.crosstalk, effort.T).T

@@ -1,5 +1,7 @@
 """Normal equations, regularised least squares, cross-validation and correlation times."""
 
+from dataclasses import replace
+
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 import pytest
@@ -21,20 +23,25 @@ def two_motions(make_motion):
     return make_motion(1100, rng), make_motion(200, rng)
 
 
-def test_normal_equations_are_sums_over_rows(settings, two_motions, columns):
+def test_normal_equations_are_sums_over_rows(settings, two_motions, columns, decoupled, rng):
+    two_motions = [replace(motion, weight=rng.uniform(0.2, 1.0, motion.q.shape))
+                   for motion in two_motions]
     problem = pose(settings, all_terms(settings, shape=True), two_motions)
     x = np.concatenate([np.concatenate(
         [columns(term, settings, motion) for term, _ in problem.terms], axis=-1)
         for motion in two_motions])
-    y = np.concatenate([residual(motion, settings) for motion in two_motions])
+    y = np.concatenate([decoupled(residual(motion, settings), settings)
+                        for motion in two_motions])
+    w = np.concatenate([motion.weight for motion in two_motions])
     both = problem.whole
-    assert both.count == len(y) == 1300
-    np.testing.assert_allclose(both.matrix, np.einsum('njp,njq->jpq', x, x, optimize=True),
+    np.testing.assert_allclose(both.count, w.sum(0))
+    np.testing.assert_allclose(both.matrix, np.einsum('njp,nj,njq->jpq', x, w, x, optimize=True),
                                rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(both.vector, np.einsum('njp,nj->jp', x, y), rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(both.square, (y ** 2).sum(0))
+    np.testing.assert_allclose(both.vector, np.einsum('njp,nj->jp', x, w * y), rtol=1e-9,
+                               atol=1e-9)
+    np.testing.assert_allclose(both.square, (w * y ** 2).sum(0))
     b = 0.1 * problem.regressor.prior.deviation
-    np.testing.assert_allclose(both.squared_error(b), ((y - x @ b) ** 2).sum(0), rtol=1e-9)
+    np.testing.assert_allclose(both.squared_error(b), (w * (y - x @ b) ** 2).sum(0), rtol=1e-9)
     first, second = problem.folds
     difference = both - second
     for name in ('matrix', 'vector', 'square', 'count'):
@@ -42,20 +49,21 @@ def test_normal_equations_are_sums_over_rows(settings, two_motions, columns):
                                    rtol=1e-9, atol=1e-6)
 
 
-def test_error_about_a_deviation_is_that_of_its_settings(settings, motion):
-    """The product of tilt and links is exact after linearisation about the deviation."""
+def test_error_about_a_deviation_is_that_of_its_settings(settings, motion, decoupled):
+    """Products of tilt, links and crosstalk are exact after linearisation about the deviation."""
     problem = pose(settings, all_terms(settings, shape=False), [motion])
     rng = np.random.default_rng(8)
     b = np.zeros(len(problem.none()))
     for term, where in problem.terms:
-        if term.name in ('bias', 'coulomb', 'tilt', 'inertial', 'stiffness'):
+        if term.name in ('bias', 'coulomb', 'tilt', 'inertial', 'stiffness', 'crosstalk'):
             b[where] = np.abs(rng.normal(0.0, 0.3 * term.prior))
-    true = (residual(motion, problem.updated(b)) ** 2).sum(0)
+    after = problem.updated(b)
+    true = (decoupled(residual(motion, after), after) ** 2).sum(0)
     np.testing.assert_allclose(problem.about(b).whole.squared_error(b), true, rtol=1e-9)
     assert np.abs(problem.whole.squared_error(b) / true - 1.0).max() > 1e-5
 
 
-def test_cross_validation_fits_without_each_fold(make_motion, columns, rng):
+def test_cross_validation_fits_without_each_fold(make_motion, columns, decoupled, rng):
     settings = PredictorSettings()
     terms = [term for term in all_terms(settings, shape=False)
              if term.name in ('bias', 'stiffness', 'tilt')]
@@ -65,7 +73,7 @@ def test_cross_validation_fits_without_each_fold(make_motion, columns, rng):
     chosen = weights * np.isin(np.arange(7), (1, 3))
     active = np.arange(len(prior.deviation)) % 3 > 0
     x = [np.concatenate([columns(term, settings, m) for term in terms], -1) for m in motions]
-    y = [residual(m, settings) for m in motions]
+    y = [decoupled(residual(m, settings), settings) for m in motions]
     expected = np.zeros(7)
     for k in range(3):
         others = [i for i in range(3) if i != k]
@@ -73,7 +81,7 @@ def test_cross_validation_fits_without_each_fold(make_motion, columns, rng):
                               np.concatenate([y[i] for i in others]), chosen, prior, active)
         b, *_ = np.linalg.lstsq(rows, right, rcond=None)
         expected += ((y[k] - x[k][..., active] @ b) ** 2).sum(0)
-    found = CrossValidation(problem, weights).squared_error(active, (1, 3))
+    found = CrossValidation(problem, weights).squared_errors(active, (1, 3)).sum(0)
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
@@ -83,7 +91,7 @@ def random_problem(rng):
     n, p = 40, 6
     x, y = rng.normal(size=(n, 7, p)), rng.normal(size=(n, 7))
     normal = NormalEquations(np.einsum('njp,njq->jpq', x, x), np.einsum('njp,nj->jp', x, y),
-                             (y ** 2).sum(0), n)
+                             (y ** 2).sum(0), np.full(7, n))
     prior = Prior(np.array([0.05, 0.1, 0.02, 1.0, 3.0, 0.1]), np.full(p, -np.inf))
     return normal, x, y, rng.uniform(0.1, 4.0, 7), prior
 

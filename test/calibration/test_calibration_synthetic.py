@@ -11,7 +11,8 @@ import pytest
 
 pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402, I100
+from baxter_dynamics_ros.calibration import calibrate_robot  # noqa: E402, I100
+from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402
 from baxter_dynamics_ros.calibration.fit import choose, fit_terms  # noqa: E402
 from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms  # noqa: E402
@@ -51,11 +52,14 @@ def test_absent_terms_are_not_fitted(robot):
     joints = robot.kept(found)
     assert joints.pop('bias') == JOINTS
     assert set(joints.pop('coulomb')) == set(JOINTS) - {'e1'}
-    assert set(joints.values()) == {()}
+    # At the wrist the noise is so small that the filter's effect on sharp friction shows.
+    assert set().union(*joints.values()) <= {'w0', 'w1', 'w2'}
     assert_true_within_uncertainty(robot, found, robot.FRICTION)
-    changed = {name for name, value in found.after.parameters().items()
-               if value != found.before.parameters()[name]}
-    assert changed == {*robot.FRICTION}
+    before, after = found.before, found.after
+    assert after.gravity == before.gravity and after.links == before.links
+    assert after.effort_model.crosstalk == before.effort_model.crosstalk
+    for term in ('coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness'):
+        assert getattr(after.effort_model, term)[3] == 0.0, term
 
 
 def test_left_out_residual_is_noise(robot):
@@ -72,7 +76,7 @@ def test_left_out_residual_is_noise(robot):
 def test_steps_decrease_the_residual_of_their_joints(robot):
     steps = robot.calibrated('friction').steps
     assert [step.term for step in steps][:2] == ['', 'bias']
-    np.testing.assert_allclose(steps[0].rms, robot.calibrated('friction').rms_before, rtol=0.01)
+    np.testing.assert_allclose(steps[0].rms, robot.calibrated('friction').rms_before, rtol=0.05)
     for before, after in zip(steps, steps[1:]):
         assert (after.rms < (1.0 + 1e-9) * before.rms)[list(after.joints)].all()
         others = [i for i in range(7) if i not in after.joints]
@@ -92,6 +96,48 @@ def test_residual_of_a_motion_is_that_of_the_node(robot):
     np.testing.assert_array_equal(motion.time,
                                   [(p.stamp_ns - node[0].stamp_ns) * 1e-9 for p in node])
     assert len(motion.segments) == 2
+
+
+def test_crosstalk_is_found_where_it_is(robot):
+    """From the default, e1 has more of e0, and s1 something of e0."""
+    crosstalk = np.zeros((7, 7))
+    crosstalk[3, 2], crosstalk[1, 2] = -0.06, 0.08
+    truth = {**robot.FRICTION, 'effort_model.crosstalk': crosstalk.ravel()}
+    data = [robot.recording(truth, seed, 20.0) for seed in range(3)]
+    found = calibrate(data[:2])
+    assert robot.kept(found)['crosstalk'] == ('s1', 'e1')
+    assert_true_within_uncertainty(robot, found, truth)
+    (s1, e1) = found.of_term('crosstalk')
+    assert (s1.joint, s1.component, e1.joint, e1.component) == (1, 'of e0', 3, 'of e0')
+    assert max(s1.deviation, e1.deviation) < 0.02
+    left = residual(observe(data[2], found.after), found.after)
+    assert (rms(left) < 1.2 * robot.LEAST).all()
+
+
+def test_a_touch_hardly_changes_the_fit(robot, monkeypatch):
+    """It is too weak to be left out as contact."""
+    data = [robot.recording(robot.FRICTION, seed, 12.0) for seed in range(2)]
+    touched = data[0].part(None)
+    touched.states = [(*state[:4], state[4] + 3.0 * np.eye(7)[2] * (700 < i < 800), state[5])
+                      for i, state in enumerate(data[0].states)]
+    clean, robust = (calibrate([one, data[1]], only=('bias', 'coulomb'))
+                     for one in (data[0], touched))
+    monkeypatch.setattr(calibrate_robot, 'robust_weights',
+                        lambda residuals: [np.ones_like(one) for one in residuals])
+    plain = calibrate([touched, data[1]], only=('bias', 'coulomb'))
+    assert not robust.contacts and not plain.contacts
+    error, usual = (abs(each.after.effort_model.bias[2] - clean.after.effort_model.bias[2])
+                    for each in (robust, plain))
+    assert usual > 0.08 and error < 0.2 * usual
+
+
+def test_expected_deviation_covers_other_recordings(robot):
+    """Of the residuals, 95 % are within 1.96 standard deviations."""
+    settings = robot.calibrated('friction').after
+    motion = observe(robot.recording(robot.FRICTION, 9), settings)
+    expected = settings.model.effort_model.deviation_at(motion.qd, motion.qdd)
+    covered = (np.abs(residual(motion, settings)) < 1.96 * expected).mean(0)
+    np.testing.assert_array_less(np.abs(covered - 0.95), 0.03)
 
 
 def test_spring_gets_a_gain_if_s1_sweeps_little(robot):
@@ -166,7 +212,7 @@ def test_links_are_found_as_far_as_the_motion_shows_them(robot):
     without = calibrate(data, only=('bias', 'coulomb', 'tilt'))
     assert (found.rms_after < without.rms_after)[:4].all()
     left = residual(observe(robot.recording(truth, 9, 12.0), found.after), found.after)
-    assert (rms(left) < robot.LEAST).all()
+    assert (rms(left) < 1.2 * robot.LEAST).all()
 
 
 @pytest.mark.parametrize('mass', [1.0, 0.0])
