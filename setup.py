@@ -34,11 +34,18 @@ offline = [
 ]
 # Parameter files, and the manufacturer's robot description for `export urdf`.
 export = ['pyyaml>=6.0', 'hpp-baxter==9.0.2']
+# Command panel; the last two are the manufacturer's description with meshes, and their format.
+panel = ros + [
+    'viser==1.1.1',
+    'yourdfpy==0.0.60',
+    'example-robot-data==6.0.0',
+    'pycollada==0.9.3',
+]
 # Engines compared by benchmarks/model.py.
 benchmark = ['pin==4.1.0', 'mujoco==3.17.0']
 demo = ros + offline
 doc = ['sphinx>=8', 'myst-parser>=4']
-test = demo + export + doc + [
+test = demo + export + panel + doc + [
     'casadi==3.8.2',  # generates the closed form, and runs the exported Python file
     'sympy==1.14.0',
     'pybind11>=2.11',  # colcon builds the extension without pyproject.toml
@@ -102,7 +109,7 @@ setup(
     ],
     python_requires='>=3.10',
     install_requires=['numpy>=1.24'],
-    extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export,
+    extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export, 'panel': panel,
                     'benchmark': benchmark, 'doc': doc, 'test': test},
     package_data={package_name: ['py.typed', 'report/*.j2', 'model/_closed_form.[ch]']},
     ext_modules=[Extension(

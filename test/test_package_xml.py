@@ -28,8 +28,9 @@ ROSDEP = {
     'rich': 'python3-rich',
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
-    'yaml': 'python3-yaml',
+    'trimesh': None,
     'viser': None,
+    'yaml': 'python3-yaml',
     'yourdfpy': None,
     'zstandard': None,
 }

@@ -33,6 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='duration of the comparison (default: %(default)g)')
     parser.add_argument('--output', default='baxter_dynamics_demo.png', metavar='FILE',
                         help='figure to save: .png, .pdf or .svg (default: %(default)s)')
+    parser.add_argument('--panel', action='store_true',
+                        help='show both in the web browser until Ctrl-C instead of comparing them')
     add_arm(parser)
 
 
@@ -54,6 +56,8 @@ def main(args: argparse.Namespace) -> int:
                 'joint_states', f'torque_predictor/{topics.PREDICTED_EFFORT}',
                 f'torque_predictor/{topics.EFFORT_RESIDUAL}')]
         _await_prediction(listener, predicted, [baxter, predictor])
+        if args.panel:
+            return _show_panel(listener)
         for messages in received:
             messages.clear()
         _record(listener, args.duration)
@@ -80,6 +84,15 @@ def _await_prediction(listener: Listener, predicted: list[Any],
             ' and '.join(f'{process.executable} ended with exit code {process.exit_code}'
                          for process in ended())
             or f'no prediction within {_FIRST_PREDICTION:.0f} s')
+
+
+def _show_panel(listener: Listener) -> int:
+    from .main import needs, parse
+    with needs('panel'):
+        from .panel_page import serve
+    serve(listener, parse(['panel', '--node', f'{NAMESPACE}/torque_predictor',
+                           '--topic', f'{NAMESPACE}/joint_states']))
+    return 0
 
 
 def _print_output(processes: list[NodeProcess]) -> None:

@@ -21,6 +21,7 @@ from ..model.exceptions import BaxterDynamicsError
 VERBS = {
     'demo': ('run the predictor on a fake Baxter and show the residual', 'demo'),
     'watch': ('show a running torque_predictor live in the terminal', 'demo'),
+    'panel': ('show a running torque_predictor in 3D in the web browser', 'panel'),
     'doctor': ('check the chain from the robot to the residual', 'ros'),
     'experiment': ("record one of the paper's trajectories on the fake Baxter and evaluate "
                    'it', 'demo'),

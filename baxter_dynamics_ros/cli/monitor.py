@@ -8,6 +8,7 @@ import time
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
 import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
@@ -18,6 +19,7 @@ from ..model.joints import JOINTS, N_JOINTS, SIDES
 from ..nodes import topics
 from ..nodes.messages import stamp_ns
 
+BAND = 1.96  # deviations that hold 95 % of the residuals of free motion
 STALE_AFTER = 1.0  # [s] without a message
 _DIAGNOSTICS_STALE_AFTER = 3.0  # [s]; they are published once a second
 _RATE_WINDOW = 2.0  # [s]
@@ -28,26 +30,25 @@ _NOTHING = np.full(N_JOINTS, np.nan)
 
 
 class Signal:
-    """Messages of a topic in the last ``span`` [s]: stamp [ns] and value."""
+    """Messages of a topic in the last two seconds: stamp [ns] and value."""
 
-    def __init__(self, span: float) -> None:
-        self._span = span
+    def __init__(self) -> None:
         self._rows: deque[tuple[float, int, Any]] = deque()  # with the time of receipt [s]
 
     def add(self, stamp: int, value: Any, now: float) -> None:
         """Add a message received at monotonic time now [s]."""
         self._rows.append((now, stamp, value))
-        while self._rows[0][0] < now - self._span:
+        while self._rows[0][0] < now - _RATE_WINDOW:
             self._rows.popleft()
-
-    def __iter__(self) -> Iterator[tuple[int, Any]]:
-        """Iterate over stamps and values, newest first."""
-        return ((stamp, value) for _, stamp, value in reversed(self._rows))
 
     def newest(self, now: float) -> tuple[int, Any] | None:
         """Return the newest stamp and value; None if they are older than a second."""
         is_fresh = self._rows and now - self._rows[-1][0] <= STALE_AFTER
-        return next(iter(self)) if is_fresh else None
+        return self._rows[-1][1:] if is_fresh else None
+
+    def at(self, stamp: int) -> Any:
+        """Return the value with a stamp [ns]; None if there is none."""
+        return next((value for _, each, value in reversed(self._rows) if each == stamp), None)
 
     def rate(self, now: float) -> float:
         """Return the rate over the last two seconds [Hz]."""
@@ -70,16 +71,18 @@ class Instant(NamedTuple):
     measured: Array
     predicted: Array
     residual: Array
+    deviation: Array  # expected standard deviation of the residual, positive
 
 
 class Predictor:
-    """Messages of one predictor, by its name with namespace, in the last span [s]."""
+    """Recent messages of one predictor, by its name with namespace."""
 
-    def __init__(self, name: str, span: float = _RATE_WINDOW) -> None:
+    def __init__(self, name: str) -> None:
         self.name = name
         self.side = ''  # 'right' or 'left', by the names of the joints; '' if unknown
-        self.predicted, self.residual, self.external, self.contact, self.joint_states = (
-            Signal(span) for _ in range(5))
+        self.predicted, self.residual, self.deviation, self.external = (
+            Signal() for _ in range(4))
+        self.wrench, self.contact, self.joint_states = (Signal() for _ in range(3))
         self._statuses: list[Status] = []
         self._reported = self._contact_since = -np.inf  # monotonic [s]
 
@@ -96,6 +99,12 @@ class Predictor:
         """Receive a joint state; ignore those of another arm."""
         if self.side and any(f'{self.side}_{JOINTS[0]}' in name for name in message.name):
             self.joint_states.add(stamp_ns(message.header), message, now)
+
+    def receive_wrench(self, message: Any, now: float) -> None:
+        """Receive an external wrench; its value is the force (3,) [N] and the frame."""
+        force = message.wrench.force
+        self.wrench.add(stamp_ns(message.header), (np.array([force.x, force.y, force.z]),
+                                                   message.header.frame_id), now)
 
     def receive_contact(self, message: Any, now: float) -> None:
         """Receive whether the arm is in contact."""
@@ -114,12 +123,14 @@ class Predictor:
 
     def instant(self, now: float) -> Instant:
         """Return the efforts of the newest residual; without one, the newest prediction alone."""
-        if residual := self.residual.newest(now):
-            for stamp, predicted in self.predicted:
-                if stamp == residual[0]:
-                    return Instant(predicted + residual[1], predicted, residual[1])
-        newest = self.predicted.newest(now)
-        return Instant(_NOTHING, newest[1] if newest else _NOTHING, _NOTHING)
+        residual, newest = self.residual.newest(now), self.predicted.newest(now)
+        predicted = None if residual is None else self.predicted.at(residual[0])
+        if residual is None or predicted is None:
+            return Instant(_NOTHING, newest[1] if newest else _NOTHING, _NOTHING, _NOTHING)
+        deviation = self.deviation.at(residual[0])
+        return Instant(predicted + residual[1], predicted, residual[1],
+                       _NOTHING if deviation is None else np.where(deviation > 0.0, deviation,
+                                                                   np.nan))
 
     def delay(self, now: float) -> float | None:
         """Return the delay of the residual to the joint states [s]; None if unknown."""
@@ -154,12 +165,12 @@ class Predictor:
 class Monitor:
     """Predictors of a name, found while they run, also below right/ and left/."""
 
-    def __init__(self, listener: Listener, name: str, joint_states: str, side: str | None,
-                 span: float = _RATE_WINDOW) -> None:
+    def __init__(self, listener: Listener, name: str, joint_states: str,
+                 side: str | None) -> None:
         self.name = '/' + name.strip('/')
         self.wait = listener.wait
         self._listener = listener
-        self._topic, self._side, self._span = joint_states, side, span
+        self._topic, self._side = joint_states, side
         self._predictors: dict[str, Predictor] = {}
         self._others: set[str] = set()  # predictors of other names
         self._started = time.monotonic()
@@ -216,14 +227,17 @@ class Monitor:
                    if topic.endswith(ending) and node.count_publishers(topic)}
         self._others = running - ours
         for found in sorted(running & ours - self._predictors.keys()):
-            self._predictors[found] = self._follow(Predictor(found, self._span))
+            self._predictors[found] = self._follow(Predictor(found))
 
     def _follow(self, predictor: Predictor) -> Predictor:
         for topic, signal in ((topics.PREDICTED_EFFORT, predictor.predicted),
                               (topics.EFFORT_RESIDUAL, predictor.residual),
+                              (topics.RESIDUAL_DEVIATION, predictor.deviation),
                               (topics.EXTERNAL_EFFORT, predictor.external)):
             self._subscribe(JointState, f'{predictor.name}/{topic}',
                             partial(predictor.receive_effort, signal))
+        self._subscribe(WrenchStamped, f'{predictor.name}/{topics.EXTERNAL_WRENCH}',
+                        predictor.receive_wrench)
         self._subscribe(Bool, f'{predictor.name}/{topics.CONTACT}', predictor.receive_contact)
         return predictor
 

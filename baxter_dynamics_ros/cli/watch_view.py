@@ -7,15 +7,14 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from .monitor import Predictor
+from .monitor import BAND, Predictor
 from .terminal import printable
-from ..estimation.settings import ContactSettings
 from ..model.joints import JOINTS
 
 BAR = 10  # characters on either side of zero
 _LEVELS = (('OK', 'green'), ('WARN', 'yellow'), ('ERROR', 'bold red'), ('STALE', 'magenta'))
 _COLUMNS = ('joint', 'measured\n[N m]', 'predicted\n[N m]', 'residual\n[N m]',
-            f'{"-limit":<{BAR}}0{"+limit":>{BAR}}', 'limit\n[N m]', 'external\n[N m]')
+            f'{"-expected":<{BAR}}0{"+expected":>{BAR}}', 'expected\n[N m]', 'external\n[N m]')
 
 
 def view(predictor: Predictor, now: float) -> Group:
@@ -42,7 +41,8 @@ def line(predictor: Predictor, now: float) -> str:
 
 def bar(value: float, limit: float) -> str:
     """Return a bar that begins at zero in the middle and ends at the limit on either side."""
-    length = round(BAR * min(abs(value) / limit, 1.0)) if math.isfinite(value) else 0
+    is_known = math.isfinite(value) and limit > 0.0
+    length = round(BAR * min(abs(value) / limit, 1.0)) if is_known else 0
     left, right = (0, length) if value > 0.0 else (length, 0)
     return f'{"█" * left:>{BAR}}│{"█" * right:<{BAR}}'
 
@@ -80,11 +80,13 @@ def _joint_table(predictor: Predictor, now: float) -> Table:
     external = predictor.external.newest(now)
     externals = external[1] if external else [math.nan] * len(JOINTS)
     touched = predictor.contact_joints(now)
-    for joint, measured, predicted, residual, limit, force in zip(
-            JOINTS, *predictor.instant(now), ContactSettings.limit, externals):
-        style = 'bold red' if abs(residual) > limit else ''
+    for joint, measured, predicted, residual, deviation, force in zip(
+            JOINTS, *predictor.instant(now), externals):
+        band = BAND * deviation
+        style = 'bold red' if abs(residual) > band else ''
         table.add_row(joint, number(measured), number(predicted), Text(number(residual), style),
-                      Text(bar(residual, limit), style or 'cyan'), f'±{limit:g}', number(force),
+                      Text(bar(residual, band), style or 'cyan'),
+                      '-' if math.isnan(band) else f'±{band:.2f}', number(force),
                       style='bold' if joint in touched else '')
     return table
 

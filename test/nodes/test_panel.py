@@ -1,0 +1,106 @@
+"""The panel: its scales, the arrow of a force, and the page in a real browser."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+from baxter_dynamics_ros.model.arm import BaxterArm
+from baxter_dynamics_ros.model.joints import joint_names, mount
+import numpy as np
+import pytest
+
+pytest.importorskip('yourdfpy', reason='needs pip install ".[panel]"')
+viser = pytest.importorskip('viser', reason='needs pip install ".[panel]"')
+pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
+
+from baxter_dynamics_ros.cli import panel_scene  # noqa: E402, I100
+from baxter_dynamics_ros.cli.panel_charts import steady_range  # noqa: E402
+
+Q = np.array([0.3, -0.6, 0.1, 1.4, 0.2, 0.8, 0.4])  # [rad]
+FORCE = np.array([0.0, 4.0, -18.0])  # axes of the base [N]
+WITHOUT_MESHES = ('import sys; from baxter_dynamics_ros.cli import main, panel_scene; '
+                  'panel_scene.find_meshes = lambda: None; sys.exit(main.main(sys.argv[1:]))')
+
+
+@pytest.fixture(params=['capsules', 'meshes'])
+def scene(request, monkeypatch):
+    """Return a scene with the manufacturer's meshes, or with capsules."""
+    if request.param == 'capsules':
+        monkeypatch.setattr(panel_scene, 'find_meshes', lambda: None)
+    elif panel_scene.find_meshes() is None:
+        pytest.skip('the meshes are missing: pip install example-robot-data')
+    server = viser.ViserServer('localhost', 8500, verbose=False)
+    yield panel_scene.Scene(server)
+    server.stop()
+
+
+def test_scales_hold_all_values_and_change_rarely(rng):
+    values = np.cumsum(rng.normal(0.0, 0.1, 3000))  # a random walk, 10 values a second
+    limits, changes = (0.0, 0.0), 0
+    for end in range(2, len(values)):
+        window = values[max(0, end - 300):end]
+        before, limits = limits, steady_range(limits, window.min(), window.max())
+        assert limits[0] <= window.min() and window.max() <= limits[1]
+        assert np.ptp(limits) < 5.0 * max(np.ptp(window), 0.2)
+        changes += limits != before
+    assert changes < 60
+
+
+def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(scene):
+    scene.move(dict(zip(joint_names('right'), Q)))
+    hand = BaxterArm(mount=mount('right')).forward_kinematics(Q)
+    for in_hand, force in ((False, FORCE), (True, hand[:3, :3].T @ FORCE)):
+        scene.push('right', Q, force, in_hand)
+        start, end = scene._arrow.points[0]
+        np.testing.assert_allclose(start, hand[:3, 3], atol=1e-6)
+        np.testing.assert_allclose((end - start) / np.linalg.norm(end - start),
+                                   FORCE / np.linalg.norm(FORCE), atol=1e-6)
+        assert scene._arrow.visible and scene._label.text == '18 N'
+    scene.push('right', Q, None, False)
+    assert not scene._arrow.visible
+    meshes = scene._meshes['right_s1']
+    plain = [mesh.color for mesh, _ in meshes]
+    scene.touch({'right_s1'})
+    assert all(mesh.color != before for (mesh, _), before in zip(meshes, plain))
+    scene.touch(set())
+    assert [mesh.color for mesh, _ in meshes] == plain
+
+
+def test_page_shows_a_push_and_its_buttons_act(domain, start):
+    playwright = pytest.importorskip('playwright.sync_api', reason='needs Playwright')
+    browser = shutil.which('chromium') or shutil.which('google-chrome')
+    if browser is None:
+        pytest.skip('needs Chromium')
+    start('fake_baxter', '-p', 'trajectory:=hold', '-p', f'force:={FORCE.tolist()}')
+    start('torque_predictor')
+    panel = subprocess.Popen([sys.executable, '-c', WITHOUT_MESHES, 'panel', '--port', '8600'],
+                             stdout=subprocess.PIPE, text=True, env=dict(os.environ))
+    try:
+        url = panel.stdout.readline().removeprefix('panel: ').strip()
+        assert url.startswith('http://localhost:')
+        with playwright.sync_playwright() as driver:
+            window = driver.chromium.launch(executable_path=browser)
+            pages = [window.new_page(viewport={'width': 800, 'height': 600}) for _ in range(1)]
+            for page in pages:  # two viewers
+                page.set_default_timeout(40_000)
+                page.goto(url)
+                page.get_by_text('N at the hand').wait_for()
+
+            def press(button, answer):
+                # A click waits for the page to be still, which software rendering makes rare.
+                page.get_by_text(button, exact=True).dispatch_event('click')
+                page.get_by_text(answer).first.wait_for()
+
+            press('Calibrate', 'Seen: s0 0 %')
+            press('Cancel', 'Nothing was changed')
+            press('Reset', 'Filter and contact detector are reset')
+            page.get_by_role('tab', name='Diagnostics').dispatch_event('click')
+            page.get_by_text('receiving joint states on').wait_for()
+            window.close()
+        panel.send_signal(signal.SIGINT)
+        assert panel.wait(20.0) == 130
+    finally:
+        panel.kill()
+        panel.communicate()
