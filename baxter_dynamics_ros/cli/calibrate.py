@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from .options import add_force, add_recordings, add_seed, read_inputs
+from .options import add_force, add_recordings, add_seed, number, read_inputs
 from .paths import output_file
 from .terminal import progress, say, show_table
 from .. import __version__
@@ -41,6 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--plan', action='store_true',
                         help='instead of calibrating, write an exciting trajectory of one minute '
                         'to a file and run it on the fake Baxter')
+    parser.add_argument('--max-velocity', type=number(0.1, 10.0, 'rad/s'), metavar='RAD/S',
+                        help='with --plan: slow the trajectory down to this joint velocity, such '
+                        'as 0.4 for robots that abort faster motion (default: 2.1, its own)')
     add_seed(parser, 'with --plan: ')
     add_force(parser)
 

@@ -12,7 +12,7 @@ _WAIT = 10.0  # [s] that --once waits by default
 DESCRIPTION = (
     'Show the output of a running torque_predictor: measured and predicted effort, residual, '
     'external effort, contact, rates and diagnostics. Prints one line per second where the output '
-    'is not a terminal. q or Ctrl-C quits.')
+    'is not a terminal. q or Ctrl-C quits, ? explains the columns.')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -25,6 +25,12 @@ from ..model.exceptions import BaxterDynamicsError
 
 _ENOUGH = 2.0  # [s] of predictions until rates and diagnostics are known
 _LINE_PERIOD = 1.0  # [s]
+_HELP = """\
+residual  measured minus predicted effort
+expected  95 % of the residuals of free motion lie within it; red: beyond it
+external  torque of the surroundings on the joint, estimated without acceleration
+bold      joint in contact
+q quits, ? hides this help"""
 
 
 def live(monitor: Monitor, period: float, duration: float) -> None:
@@ -32,7 +38,8 @@ def live(monitor: Monitor, period: float, duration: float) -> None:
     with _keyboard() as pressed, Live(console=_console(), screen=True,
                                       auto_refresh=False) as screen:
         for now in monitor.ticks(period, duration, lambda: 'q' in pressed()):
-            screen.update(_view(monitor, now), refresh=True)
+            text = _HELP if pressed().count('?') % 2 else '? for help'
+            screen.update(Group(_view(monitor, now), Text(text, 'dim')), refresh=True)
 
 
 def lines(monitor: Monitor, duration: float) -> None:
@@ -83,15 +90,20 @@ def _view(monitor: Monitor, now: float) -> Group:
 
 @contextmanager
 def _keyboard() -> Iterator[Callable[[], str]]:
-    """Read single keys without echo; yield a function that returns those pressed since."""
+    """Read single keys without echo; yield a function that returns all that were pressed."""
     if sys.stdin is None or not sys.stdin.isatty():
         yield lambda: ''
         return
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
     tty.setcbreak(descriptor)
+    keys = bytearray()
+
+    def pressed() -> str:
+        if select.select([descriptor], [], [], 0.0)[0]:
+            keys.extend(os.read(descriptor, 100).lower())
+        return keys.decode(errors='replace')
     try:
-        yield lambda: (os.read(descriptor, 100).decode(errors='replace').lower()
-                       if select.select([descriptor], [], [], 0.0)[0] else '')
+        yield pressed
     finally:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)

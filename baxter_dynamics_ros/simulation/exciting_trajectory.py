@@ -3,12 +3,15 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from .trajectories import minimum_jerk, mirror
 from ..model.arrays import Array, ArrayLike
 
 DURATION = 60.0  # [s]
 _EASE = 4.0  # duration of the fade-in and of the fade-out [s]
+_STEP = 0.01  # [s]
+_WINDOW = 50  # steps before and after a fast part in which the motion slows down
 
 
 class Series(NamedTuple):
@@ -76,3 +79,43 @@ def series(side: str) -> Series:
     signs = mirror(side)
     return SERIES._replace(center=signs * SERIES.center, sine=signs[:, None] * SERIES.sine,
                            cosine=signs[:, None] * SERIES.cosine)
+
+
+class LimitedMotion:
+    """
+    The exciting trajectory of an arm, slower where a joint would exceed a velocity [rad/s].
+
+    The path stays as it is, and acceleration stays continuous.
+
+    Attributes
+    ----------
+    duration : float
+        Duration [s].
+
+    """
+
+    def __init__(self, side: str, max_velocity: float = np.inf) -> None:
+        self._series = series(side)
+        self._phase = np.linspace(0.0, DURATION, round(DURATION / _STEP) + 1)  # time at full speed
+        speed = np.abs(motion(self._series, self._phase)[1]).max(axis=1)
+        needed = np.maximum(speed / (0.999 * max_velocity), 1.0)
+        # The largest value within a window, smoothed over the same window, is never below.
+        highest = sliding_window_view(np.pad(needed, 2 * _WINDOW, 'edge'), 2 * _WINDOW + 1).max(1)
+        weights = np.hanning(2 * _WINDOW + 3)[1:-1]
+        self._slowdown = np.convolve(highest, weights / weights.sum(), 'valid')
+        steps = _STEP * (self._slowdown[1:] + self._slowdown[:-1]) / 2.0
+        self._time = np.concatenate([[0.0], np.cumsum(steps)])
+        self.duration = float(self._time[-1])
+
+    def __call__(self, t: ArrayLike) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration at t (...), each (..., 7); see motion."""
+        phase = np.interp(np.asarray(t, dtype=float), self._time, self._phase)
+        slope = np.interp(phase, self._phase, np.gradient(self._slowdown, _STEP))[..., None]
+        rate = 1.0 / np.interp(phase, self._phase, self._slowdown)[..., None]
+        q, qd, qdd = motion(self._series, phase)
+        return q, rate * qd, rate ** 2 * qdd - slope * rate ** 3 * qd
+
+    def waypoints(self, rate: float) -> Array:
+        """Return times (n,) [s], as dense along the path as a rate [Hz] at full speed."""
+        phase = np.linspace(0.0, DURATION, round(DURATION * rate) + 1)
+        return np.interp(phase, self._phase, self._time)

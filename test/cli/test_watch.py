@@ -18,6 +18,7 @@ from std_msgs.msg import Bool  # noqa: E402
 
 PREDICTED = np.array([1.0, -20.0, 3.0, -8.0, 0.5, -0.6, 0.07])  # [N m]
 RESIDUAL = np.array([0.11, -0.22, 0.33, -0.44, 0.55, -0.66, 0.77])
+DEVIATION = np.array([0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.3])  # [N m]
 DELAY = 59_000_000  # [ns]
 
 
@@ -46,6 +47,8 @@ def play(predictor, start, seconds, contact=False, order=JOINTS, with_effort=Tru
         if with_effort:
             predictor.receive_effort(predictor.residual,
                                      effort(RESIDUAL, stamp - DELAY, order[::-1]), now)
+            predictor.receive_effort(predictor.deviation,
+                                     effort(DEVIATION, stamp - DELAY, order), now)
             predictor.receive_effort(predictor.external, effort(-RESIDUAL, stamp, order), now)
             predictor.receive_contact(Bool(data=contact), now)
     predictor.receive_diagnostics(diagnostics(), now)
@@ -80,6 +83,17 @@ def test_shows_efforts_by_joint_name_with_rates_delay_and_diagnostics(predictor,
     assert '/torque_predictor  right arm   no contact' in text and 'filter  OK  running' in text
     assert 'predictions 100.0 Hz, residuals 100.0 Hz, joint states 100.0 Hz, delay 59 ms' in text
     assert max(map(len, text.splitlines())) <= 80 and 'not ours' not in text
+
+
+def test_marks_residuals_beyond_the_expected_deviation(predictor):
+    now = play(predictor, 5.0, 0.1)
+    console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system='standard')
+    console.print(view(predictor, now))
+    lines = {joint: next(line for line in console.file.getvalue().splitlines()
+                         if line.strip().startswith(joint)) for joint in JOINTS}
+    marked = [joint for joint, text in lines.items() if '\x1b[1;31m' in text]
+    assert marked == ['s1', 'e1', 'w1', 'w2']
+    assert '±0.39' in lines['e0']
 
 
 def test_measured_predicted_and_residual_are_of_one_instant(predictor):

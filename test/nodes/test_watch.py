@@ -95,6 +95,8 @@ def test_restores_the_terminal_and_saves_a_figure(watch, tmp_path, end, code):
             output += os.read(ours, 10_000)
 
     read_until(b'is torque_predictor running')
+    os.write(ours, b'?')
+    read_until(b'95 % of the residuals')
     assert not termios.tcgetattr(its)[3] & termios.ECHO
     os.write(ours, end) if isinstance(end, bytes) else process.send_signal(end)
     read_until(b'figure: ')

@@ -1,8 +1,10 @@
 """The exciting trajectory: what it keeps to, and what it shows."""
 
 import csv
+import json
 
 from baxter_dynamics_ros import BaxterArm, mount
+from baxter_dynamics_ros.calibration.progress import progress
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
                                               VELOCITY_LIMIT)
@@ -12,8 +14,9 @@ import pytest
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402, I100
-    DURATION, motion, series)
-from baxter_dynamics_ros.simulation.plan_file import write_plan  # noqa: E402
+    DURATION, LimitedMotion, motion, series)
+from baxter_dynamics_ros.simulation.plan_file import (  # noqa: E402
+    write_plan, write_trajectory)
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import MIRROR  # noqa: E402
 from tools import excitation_search  # noqa: E402
@@ -77,8 +80,17 @@ def test_s1_sweeps_nearly_all_of_the_springs_range(right):
     assert np.ptp(s1) > 0.94 * (upper - lower)
 
 
-def test_every_parameter_shows(right):
-    condition, own = judge(*right)
+@pytest.mark.parametrize('max_velocity, duration', [(np.inf, 60.0), (0.4, 205.1)])
+def test_every_parameter_shows(max_velocity, duration):
+    limited = LimitedMotion('right', max_velocity)
+    assert limited.duration == pytest.approx(duration, abs=0.1)
+    time = np.arange(0.0, limited.duration, STEP)
+    q, qd, qdd = limited(time)
+    assert np.abs(qd).max() <= max_velocity
+    for x, slope in zip((q, qd), (qd, qdd)):
+        np.testing.assert_allclose(np.gradient(x, STEP, axis=0)[1:-1], slope[1:-1], atol=5e-3)
+    assert (progress(time, q).seen == 1.0).all()
+    condition, own = judge(q, qd, qdd)
     assert condition < 45.0
     assert min(own.values()) > 0.06
     assert min(value for name, value in own.items()
@@ -109,16 +121,35 @@ def test_the_fake_baxter_follows_and_starts_calmly():
 @pytest.mark.parametrize('side', SIDES)
 def test_plan_is_a_file_as_the_sdk_records_and_plays(side, tmp_path):
     path = tmp_path / 'plan.csv'
-    write_plan(path, side, 50.0)
+    write_plan(path, side, LimitedMotion(side, 1.0))
     with open(path) as file:
         header, *lines = csv.reader(file)
     names = {arm: [*joint_names(arm), f'{arm}_gripper'] for arm in SIDES}
     assert header == ['time', *names['left'], *names['right']]
     rows = np.array(lines, dtype=float)
-    np.testing.assert_allclose(rows[:, 0], np.arange(3001) / 50.0, atol=1e-6)
+    assert len(rows) == 1201 and (np.diff(rows[:, 0]) >= 0.0499).all()
     column = {name: rows[:, i] for i, name in enumerate(header)}
     q = np.array([column[name] for name in joint_names(side)]).T
-    np.testing.assert_allclose(q, motion(series(side), rows[:, 0])[0], atol=1e-6)
+    np.testing.assert_allclose(q, motion(series(side), np.arange(1201) / 20.0)[0], atol=1e-6)
     other = 'left' if side == 'right' else 'right'
     assert all(np.ptp(column[name]) == 0.0 for name in names[other])
-    assert [file.name for file in tmp_path.iterdir()] == ['plan.csv']
+
+
+@pytest.mark.parametrize('max_velocity', [np.inf, 0.4])
+def test_trajectory_is_a_joint_trajectory_that_follows_the_path(max_velocity, tmp_path):
+    limited = LimitedMotion('left', max_velocity)
+    write_trajectory(tmp_path / 'trajectory.json', 'left', limited)
+    text = (tmp_path / 'trajectory.json').read_text()
+    assert len(text) < 2 ** 17  # the longest argument of a command
+    message = json.loads(text)
+    assert tuple(message['joint_names']) == joint_names('left')
+    stamps = [point['time_from_start'] for point in message['points']]
+    time = np.array([stamp['sec'] + 1e-9 * stamp['nanosec'] for stamp in stamps])
+    assert (np.diff(time) > 0.0).all() and time[-1] == pytest.approx(limited.duration, abs=1e-5)
+    q, qd, qdd = (np.array([point[field] for point in message['points']])
+                  for field in ('positions', 'velocities', 'accelerations'))
+    assert np.abs(qd).max() <= max_velocity and not qd[[0, -1]].any()
+    between = np.diff(time)[:, None]  # quintic interpolation in the middle of two points
+    middle = ((q[1:] + q[:-1]) / 2 + 5 * between * (qd[:-1] - qd[1:]) / 32
+              + between ** 2 * (qdd[:-1] + qdd[1:]) / 64)
+    np.testing.assert_allclose(middle, limited((time[1:] + time[:-1]) / 2)[0], atol=2e-3)

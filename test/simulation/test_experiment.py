@@ -73,7 +73,7 @@ def test_by_default_whole_periods_are_recorded_about_a_minute(trajectory):
 def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys):
     output = tmp_path / 'plan'
     assert main(['calibrate', '--plan', '-o', str(output), '--arm', 'left']) == 0
-    assert sorted(path.name for path in output.iterdir()) == ['bag', 'plan.csv']
+    assert sorted(path.name for path in output.iterdir()) == ['bag', 'plan.csv', 'trajectory.json']
     with open(output / 'plan.csv') as file:
         table = list(csv.DictReader(file))
     rows = [row for row in read(output / 'bag') if len(row[2]) == 17]
