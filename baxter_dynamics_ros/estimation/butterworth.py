@@ -35,20 +35,17 @@ class ButterworthDerivative:
     def __init__(self, cutoff: float) -> None:
         self._w = 2 * pi * cutoff
         self._dt: float | None = None
-        # Transition matrix of a step of dt, multiplied from the right.
-        self._step: Array = np.zeros((3, 3))
-        # (..., 3): x', u - x at the previous sample, u - x at the newest.
-        self._state: Array = np.zeros(3)
-        self.value: Array = np.zeros(())
-        self.derivative: Array = np.zeros(())
+        self._step: Array = np.zeros((3, 3))  # transition of dt, multiplied from the right
         self.delay = 2 * DAMPING / self._w
         self.settling_time = log(100.0) / (DAMPING * self._w)
+        self.reset(np.zeros(()))
 
     def reset(self, u: Array) -> None:
         """Start at rest at u, of any shape."""
-        self._state = np.zeros(np.shape(u) + (3,))
+        # (..., 3): x', u - x at the previous sample, u - x at the newest.
+        self._state: Array = np.zeros(np.shape(u) + (3,))
         self.value = u
-        self.derivative = self._state[..., 0]
+        self.derivative: Array = self._state[..., 0]
 
     def update(self, u: Array, dt: float) -> None:
         """
@@ -68,7 +65,4 @@ class ButterworthDerivative:
         a = dt * self._w * DAMPING
         b = (dt * self._w) ** 2 / 4
         c = dt * self._w ** 2 / 2
-        s = 1 / (1 + a + b)
-        return np.array([(1 - a - b) * s, -dt * s, dt * s,
-                         c * s, -b * s, b * s,
-                         c * s, (1 + a) * s, b * s]).reshape(3, 3)
+        return np.array([[1 - a - b, -dt, dt], [c, -b, b], [c, 1 + a, b]]) / (1 + a + b)

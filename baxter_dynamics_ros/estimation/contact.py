@@ -9,12 +9,10 @@ and loses its weight within 2.5 s as the arm moves on: from then on the external
 must exceed the error of an uncalibrated model, or the contact is attributed to the model.
 """
 
-from math import sqrt
-
 import numpy as np
 
 from .settings import ContactSettings
-from ..model.arrays import Array, Bools
+from ..model.arrays import Array, Bools, Indices
 from ..model.joints import N_JOINTS
 
 # The robot averages its velocity over 6 ms, so samples closer than this are not independent.
@@ -36,9 +34,8 @@ class ContactDetector:
     Parameters
     ----------
     settings : ContactSettings
-        Thresholds: floor, k ('sigmas') and limit, the upper bound of bias and k sigma. The
-        'samples' above the threshold must span 8 ms; where samples are further apart than that,
-        one above 1.25 thresholds is enough.
+        Thresholds. The samples above the threshold must span 8 ms; where samples are further
+        apart than that, one above 1.25 thresholds is enough.
     settling : float
         Settling time of the observer after a reset or restart [s]: no detection, no learning.
 
@@ -46,39 +43,60 @@ class ContactDetector:
     ----------
     in_contact : bool
         Whether the arm is in contact.
+    is_settling : bool
+        Whether contact is unknown: the observer settles, or its first samples are undecided.
+    duration : float
+        Duration of the contact [s].
+    joints : ndarray (7,) of bool
+        Joints that show the contact: those not back, or the last that were not.
+    bias : ndarray (7,)
+        External torque of free motion [N m].
+    threshold : ndarray (7,)
+        Contact threshold, as a deviation from the bias [N m].
 
     """
 
     in_contact: bool
-    _has_bias: bool
-    _is_suspected: bool  # contact: some joint is above its threshold
-    _moved: bool  # whether the arm has moved since contact began
-    _start_q: Array  # position at which contact began (7,) [rad]
-    _joints: list[bool]
-    _count: list[int]  # consecutive samples above the threshold
-    _span: list[float]  # time from the first to the last of them [s]
-    _age: float  # duration of the contact [s]
+    joints: Bools
+    bias: Array
+    threshold: Array
+    _count: Indices  # consecutive samples above the threshold
+    _span: Array  # time from the first to the last of them [s]
+    _start_q: Array  # position at which contact began [rad]
+    _moved: bool  # whether the arm has moved since
     _back: float  # time for which all joints have returned [s]
     _explained: float  # time for which model error has explained the contact [s]
 
     def __init__(self, settings: ContactSettings, settling: float) -> None:
-        self._variance: list[float] = []  # of the deviation from the bias in free motion [N^2 m^2]
+        self._variance: Array = np.zeros(N_JOINTS)  # of the deviation from the bias [N^2 m^2]
         self.configure(settings, settling)
         self.reset()
 
     def configure(self, settings: ContactSettings, settling: float) -> None:
         """Change the settings; contact and everything learned stay."""
-        # Read for every sample: lists are faster than arrays of seven.
-        self._floor = list(settings.floor)
-        self._limit = list(map(max, settings.floor, settings.limit))
-        self._sigmas = settings.sigmas
-        self._samples = settings.samples
-        self._hysteresis = settings.hysteresis
-        self._memory = settings.memory
+        self._settings = settings
         self._settling = settling
-        self._threshold = [
-            min(max(self._sigmas * sqrt(square), floor), limit)
-            for square, floor, limit in zip(self._variance, self._floor, self._limit)]
+        self._floor = np.array(settings.floor)
+        self._limit = np.maximum(settings.floor, settings.limit)
+        self._update_threshold()
+
+    def reset(self) -> None:
+        """Forget everything learned."""
+        self.threshold = _PRIOR * self._floor
+        self._variance = (self.threshold / self._settings.sigmas) ** 2
+        self._learnt = 0.0  # duration of the free motion that sigma covers [s]
+        self.in_contact = False
+        self.restart()
+
+    def restart(self) -> None:
+        """Start a new stream: settle again, keep sigma and a contact."""
+        self._to_settle = self._settling  # [s]
+        self.is_settling = True
+        if not self.in_contact:
+            self.bias = np.zeros(N_JOINTS)
+            self._has_bias = False
+            self._followed = 0.0  # duration of the free motion that the bias covers [s]
+            self._end()
 
     def rebase(self, change: Array) -> None:
         """
@@ -88,61 +106,17 @@ class ContactDetector:
         the model ends the contact caused by it.
         """
         if self._has_bias and not self.in_contact:
-            self._bias = [min(max(x, -limit), limit)
-                          for x, limit in zip((self.bias + change).tolist(), self._limit)]
-
-    @property
-    def duration(self) -> float:
-        """Duration of the contact [s]."""
-        return self._age
-
-    @property
-    def is_settling(self) -> bool:
-        """Whether contact is unknown: the observer settles, or its first samples are undecided."""
-        return self._is_undecided
+            self.bias = self._limited(self.bias + change)
 
     @property
     def has_learnt(self) -> bool:
         """Whether sigma covers as much free motion as its memory."""
-        return self._learnt >= self._memory
-
-    @property
-    def joints(self) -> Bools:
-        """Joints that show the contact, (7,): those not back, or the last that were not."""
-        return np.array(self._joints)
-
-    @property
-    def bias(self) -> Array:
-        """External torque of free motion, (7,) [N m]."""
-        return np.array(self._bias)
+        return self._learnt >= self._settings.memory
 
     @property
     def sigma(self) -> Array:
         """RMS deviation from the bias in free motion, (7,) [N m]."""
         return np.sqrt(self._variance)
-
-    @property
-    def threshold(self) -> Array:
-        """Contact threshold, as a deviation from the bias, (7,) [N m]."""
-        return np.array(self._threshold)
-
-    def reset(self) -> None:
-        """Forget everything learned."""
-        self._threshold = [_PRIOR * floor for floor in self._floor]
-        self._variance = [(threshold / self._sigmas) ** 2 for threshold in self._threshold]
-        self._learnt = 0.0  # duration of the free motion that sigma covers [s]
-        self.in_contact = False
-        self.restart()
-
-    def restart(self) -> None:
-        """Start a new stream: settle again, keep sigma and a contact."""
-        self._to_settle = self._settling  # [s]
-        self._is_undecided = True
-        if not self.in_contact:
-            self._bias = [0.0] * N_JOINTS
-            self._has_bias = False
-            self._followed = 0.0  # duration of the free motion that the bias covers [s]
-            self._end()
 
     def update(self, dt: float, r: Array, q: Array) -> bool:
         """
@@ -161,102 +135,88 @@ class ContactDetector:
         if self._to_settle > 0.0:
             self._to_settle -= dt
         elif dt > 0.0:
-            values = r.tolist()
-            if not self._has_bias:
-                self._initialise_bias(values)
-            deviation = [x - b if x > b else b - x for x, b in zip(values, self._bias)]
+            if not self._has_bias:  # attribute what is within the model error to free motion
+                self.bias = np.where(np.abs(r) <= self._limit, r, 0.0)
+                self._has_bias = True
+            deviation = np.abs(r - self.bias)
+            above = deviation > self.threshold
             if self.in_contact:
-                self._is_undecided = False
-                self._moved = self._moved or bool((abs(q - self._start_q) > _MOVED).any())
-                self._continue(dt, values, deviation)
-            elif any(map(float.__gt__, deviation, self._threshold)):
-                self._count_above(dt, deviation)
+                self._moved = self._moved or bool((np.abs(q - self._start_q) > _MOVED).any())
+                self._continue(dt, r, deviation)
+            elif np.count_nonzero(above):
+                self._count_above(dt, deviation, above)
                 self._start_q = q
             else:
-                if self._is_suspected:
-                    self._end()
-                self._is_undecided = False
-                self._learn(dt, values)
+                self._count.fill(0)
+                self._learn(dt, r)
+                self.is_settling = False
         return self.in_contact
 
-    def _initialise_bias(self, values: list[float]) -> None:
-        """Attribute the first sample to free motion where it is within the model error."""
-        self._bias = [x if abs(x) <= limit else 0.0 for x, limit in zip(values, self._limit)]
-        self._has_bias = True
-
-    def _learn(self, dt: float, values: list[float]) -> None:
+    def _learn(self, dt: float, r: Array) -> None:
         """Update bias and sigma with a sample of free motion."""
         fast = dt / (dt + min(self._followed, _BIAS_TIME))
-        slow = dt / (dt + min(self._learnt + _PRIOR_TIME, self._memory))
+        slow = dt / (dt + min(self._learnt + _PRIOR_TIME, self._settings.memory))
         self._followed += dt
         self._learnt += dt
-        bias, variance, threshold, sigmas = (self._bias, self._variance, self._threshold,
-                                             self._sigmas)
-        i = 0
-        for x, floor, limit in zip(values, self._floor, self._limit):  # written out for speed
-            deviation = x - bias[i]
-            share = deviation / threshold[i]
-            value = bias[i] + fast * deviation * (1.0 - share * share)
-            bias[i] = value if -limit < value < limit else limit if value > 0.0 else -limit
-            variance[i] = square = variance[i] + slow * (deviation * deviation - variance[i])
-            value = sigmas * sqrt(square)
-            threshold[i] = floor if value < floor else value if value < limit else limit
-            i += 1
+        deviation = r - self.bias
+        share = deviation / self.threshold
+        self.bias = self._limited(self.bias + fast * deviation * (1.0 - share * share))
+        self._variance = self._variance + slow * (deviation * deviation - self._variance)
+        self._update_threshold()
 
-    def _count_above(self, dt: float, deviation: list[float]) -> None:
+    def _update_threshold(self) -> None:
+        self.threshold = np.minimum(
+            np.maximum(self._settings.sigmas * self.sigma, self._floor), self._limit)
+
+    def _limited(self, r: Array) -> Array:
+        return np.minimum(np.maximum(r, -self._limit), self._limit)
+
+    def _count_above(self, dt: float, deviation: Array, above: Bools) -> None:
         """Begin contact if enough consecutive samples are above the threshold."""
-        self._is_suspected = True
-        for i, threshold in enumerate(self._threshold):
-            if deviation[i] <= threshold:
-                self._count[i] = 0
-                continue
-            self._span[i] = self._span[i] + dt if self._count[i] else 0.0
-            self._count[i] += 1
-            is_enough = self._count[i] >= self._samples and (
-                self._samples == 1 or self._span[i] >= _SPAN)
-            if is_enough or dt >= _SPAN and deviation[i] > _FAR * threshold:
-                self.in_contact = True
-        if self.in_contact:
-            self._is_undecided = False
-            self._joints = list(map(float.__gt__, deviation, self._threshold))
+        samples = self._settings.samples
+        self._span = np.where(self._count > 0, self._span + dt, 0.0)
+        self._count = np.where(above, self._count + 1, 0)
+        enough = (self._count >= samples) & ((self._span >= _SPAN) | (samples == 1))
+        if enough.any() or dt >= _SPAN and (deviation > _FAR * self.threshold).any():
+            self.in_contact = True
+            self.is_settling = False
+            self.joints = above
 
-    def _continue(self, dt: float, values: list[float], deviation: list[float]) -> None:
+    def _continue(self, dt: float, r: Array, deviation: Array) -> None:
         """Continue the contact, or end it."""
-        self._age += dt
-        faded = min(self._age / _FADING, 1.0)
-        is_explained, joints = True, []
-        for i, threshold in enumerate(self._threshold):
-            release = self._hysteresis * threshold
-            joints.append(deviation[i] > release)
-            # The reference fades from the bias to zero, and the tolerated model error grows.
-            tolerance = release + faded * (self._limit[i] - release)
-            if abs(values[i] - (1.0 - faded) * self._bias[i]) > tolerance:
-                is_explained = False
-        back = not any(joints)
-        if not back:
-            self._joints = joints
-        self._back = self._back + dt if back else 0.0
+        self.is_settling = False
+        self.duration += dt
+        release = self._settings.hysteresis * self.threshold
+        joints = deviation > release
+        is_back = not joints.any()
+        if not is_back:
+            self.joints = joints
+        self._back = self._back + dt if is_back else 0.0
+        # The reference fades from the bias to zero, and the tolerated model error grows.
+        faded = min(self.duration / _FADING, 1.0)
+        tolerance = release + faded * (self._limit - release)
+        is_explained = not (np.abs(r - (1.0 - faded) * self.bias) > tolerance).any()
         self._explained = self._explained + dt if is_explained else 0.0
         if self._back >= _RELEASE:
             self._end()
         elif self._explained >= _EXPLAINED:
-            self._attribute_to_model(values, deviation)
+            self._attribute_to_model(r, deviation, joints)
+            self._end()
 
-    def _attribute_to_model(self, values: list[float], deviation: list[float]) -> None:
-        """End the contact as a model error: adopt the bias, and after motion the threshold."""
-        for i, limit in enumerate(self._limit):
-            if deviation[i] <= self._hysteresis * self._threshold[i]:
-                continue
-            self._bias[i] = min(max(values[i], -limit), limit)
-            if self._moved:  # at rest a steady push causes the same, and model errors do not grow
-                self._threshold[i] = max(self._threshold[i], min(deviation[i], limit))
-                self._variance[i] = max(self._variance[i],
-                                        (self._threshold[i] / self._sigmas) ** 2)
-        self._end()
+    def _attribute_to_model(self, r: Array, deviation: Array, joints: Bools) -> None:
+        """Adopt the model error of some joints as bias, and after motion as threshold."""
+        self.bias = np.where(joints, self._limited(r), self.bias)
+        if self._moved:  # at rest a steady push causes the same, and model errors do not grow
+            error = np.where(joints, np.minimum(deviation, self._limit), 0.0)
+            self.threshold = np.maximum(self.threshold, error)
+            self._variance = np.maximum(
+                self._variance, joints * (self.threshold / self._settings.sigmas) ** 2)
 
     def _end(self) -> None:
-        self.in_contact = self._is_suspected = self._moved = False
-        self._joints = [False] * N_JOINTS
-        self._count = [0] * N_JOINTS
-        self._span = [0.0] * N_JOINTS
-        self._age = self._back = self._explained = 0.0
+        self.in_contact = False
+        self.duration = 0.0
+        self.joints = np.zeros(N_JOINTS, dtype=bool)
+        self._count = np.zeros(N_JOINTS, dtype=int)
+        self._span = np.zeros(N_JOINTS)
+        self._moved = False
+        self._back = self._explained = 0.0

@@ -22,10 +22,11 @@ _MARGIN = np.full(N_JOINTS, JUMP_MARGIN)  # faster to compare with than a float
 _UNMEASURED = 1.5 * VELOCITY_LIMIT  # [rad/s]
 _STILL = np.zeros(N_JOINTS)  # [rad/s]
 _TO_CONFIRM = (Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP, Event.RESET_VELOCITY_SOURCE)
+_CONTINUES = (None, Event.REPEATED_STAMP)
 
 
-class _Reading(NamedTuple):
-    """One sample with its velocity estimate; arrays (7,) in joint order."""
+class _Sample(NamedTuple):
+    """Arrays (7,) in joint order."""
 
     stamp_ns: int
     q: Array  # [rad]
@@ -50,13 +51,13 @@ class Continuity:
     """
 
     def __init__(self) -> None:
-        self.repeated = False
         self.forget()
 
     def forget(self) -> None:
         """Accept the next sample as the first one."""
-        self._last: _Reading | None = None
-        self._unconfirmed: _Reading | None = None
+        self.repeated = False
+        self._last: _Sample | None = None
+        self._unconfirmed: _Sample | None = None
         self._dropped = 0  # consecutive out-of-order and unconfirmed messages
 
     def judge(self, stamp_ns: int, q: Array, qd: Array | None, effort: Array | None,
@@ -67,7 +68,7 @@ class Continuity:
         Parameters
         ----------
         stamp_ns : int
-            The sample's stamp [ns].
+            Stamp of the sample [ns].
         q : ndarray (7,)
             Position [rad].
         qd, effort : ndarray (7,) or None
@@ -83,45 +84,45 @@ class Continuity:
             the first one.
 
         """
-        reading = _Reading(stamp_ns, q, qd, effort, _STILL if qd is None else qd)
-        event, self.repeated = None, False
-        if self._last is not None:
-            event = self._confirmed(self._compare(self._last, reading, period), reading, period)
-        if event is None or event not in DROPPED:
-            if qd is None and event in (None, Event.REPEATED_STAMP):
-                reading = reading._replace(slope=self._slope(reading))
-            self._last, self._unconfirmed, self._dropped = reading, None, 0
+        now = _Sample(stamp_ns, q, qd, effort, _STILL if qd is None else qd)
+        event, last, self.repeated = None, self._last, False
+        if last is not None:
+            event = self._confirmed(self._compare(last, now, period), last, now, period)
+            if event in DROPPED:
+                return event
+            if qd is None and event in _CONTINUES:
+                now = now._replace(slope=_slope(last, now))
+        self._last, self._unconfirmed, self._dropped = now, None, 0
         return event
 
-    def _confirmed(self, event: Event | None, reading: _Reading,
+    def _confirmed(self, event: Event | None, last: _Sample, now: _Sample,
                    period: float | None) -> Event | None:
         """Return the event, or the reason to drop a sample that is not confirmed yet."""
         if event is Event.OUT_OF_ORDER:
             self._dropped += 1
             return event if self._dropped < MAX_IN_A_ROW else Event.RESET_CLOCK_JUMP
-        far = event is Event.RESET_GAP and self._since_last(reading) >= CLOCK_JUMP
-        if not far and event not in _TO_CONFIRM:
+        is_far = event is Event.RESET_GAP and _since(last, now) >= CLOCK_JUMP
+        if not is_far and event not in _TO_CONFIRM:
             return event
-        before, self._unconfirmed = self._unconfirmed, reading
+        before, self._unconfirmed = self._unconfirmed, now
         if before is not None:
-            repeats = self._compare(before, reading, period)
-            if repeats in (None, Event.REPEATED_STAMP, Event.RESET_GAP):
+            repeats = self._compare(before, now, period)
+            if repeats in (*_CONTINUES, Event.RESET_GAP):
                 return event
             if repeats is Event.DUPLICATE:
                 return repeats
         self._dropped += 1
         return Event.UNCONFIRMED if self._dropped < MAX_IN_A_ROW else event
 
-    def _compare(self, last: _Reading, now: _Reading, period: float | None) -> Event | None:
+    def _compare(self, last: _Sample, now: _Sample, period: float | None) -> Event | None:
         """Return how a sample departs from an earlier one; None if it continues it."""
-        dt = (now.stamp_ns - last.stamp_ns) * 1e-9
+        dt = _since(last, now)
         if dt > GAP:
             return Event.RESET_GAP
         if dt < 0.0:
             return Event.RESET_CLOCK_JUMP if -dt >= CLOCK_JUMP else Event.OUT_OF_ORDER
         if dt < SHORTEST_PERIOD:
-            self.repeated = (_same(now.q, last.q) and _same(now.qd, last.qd)
-                             and _same(now.effort, last.effort))
+            self.repeated = all(map(_same, now[1:4], last[1:4]))
             if dt == 0.0 and self.repeated:
                 return Event.DUPLICATE
         if (now.qd is None) != (last.qd is None):
@@ -134,16 +135,16 @@ class Continuity:
                 return Event.RESET_POSITION_JUMP
         return Event.REPEATED_STAMP if dt == 0.0 else None
 
-    def _since_last(self, reading: _Reading) -> float:
-        """Return the time since the last accepted sample [s]; zero if there is none."""
-        return 0.0 if self._last is None else (reading.stamp_ns - self._last.stamp_ns) * 1e-9
 
-    def _slope(self, reading: _Reading) -> Array:
-        """Return the change of position since the last accepted sample (7,) [rad/s]."""
-        dt = self._since_last(reading)
-        if self._last is None:
-            return _STILL
-        return (reading.q - self._last.q) / dt if dt >= SHORTEST_PERIOD else self._last.slope
+def _since(last: _Sample, now: _Sample) -> float:
+    """Return the time between two samples [s]."""
+    return (now.stamp_ns - last.stamp_ns) * 1e-9
+
+
+def _slope(last: _Sample, now: _Sample) -> Array:
+    """Return the change of position between two samples (7,) [rad/s]."""
+    dt = _since(last, now)
+    return (now.q - last.q) / dt if dt >= SHORTEST_PERIOD else last.slope
 
 
 def _jumps(moved: Array, before: Array, now: Array, dt: float) -> bool:

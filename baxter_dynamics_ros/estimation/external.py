@@ -39,11 +39,6 @@ class ExternalEffort:
     which is part of the momentum. Contact is unknown while the observer settles and below
     :data:`LOWEST_RATE` samples per second.
 
-    Parameters
-    ----------
-    settings : PredictorSettings
-        Settings of the arm.
-
     Attributes
     ----------
     detector : ContactDetector
@@ -77,7 +72,7 @@ class ExternalEffort:
         self.detector.restart()
 
     def configure(self, settings: PredictorSettings) -> None:
-        """Change the settings in mid-stream."""
+        """Change observer and detector in mid-stream."""
         self._observer.gain = settings.external_effort.gain
         self.detector.configure(settings.contact, self._observer.settling_time)
 
@@ -145,6 +140,5 @@ class ExternalEffort:
         """Return the momentum [N m s] and its rate without external torque [N m], (7,) each."""
         effort = model.effort_model
         presliding = self._presliding.z if effort.has_dahl else None
-        tau = effort.torque(measured, q, qd, presliding)
         momentum, coriolis, gravity = model.momentum_terms(q, qd)
-        return momentum, tau + coriolis - gravity
+        return momentum, effort.torque(measured, q, qd, presliding) + coriolis - gravity

@@ -51,13 +51,8 @@ class MomentumObserver:
         """
         Account for a change of the model between two samples.
 
-        Parameters
-        ----------
-        momentum : ndarray (7,)
-            Change of the momentum at the last sample, new model minus old model [N m s].
-        r : ndarray (7,)
-            Change of the external torque, new model minus old model [N m].
-
+        It changes the momentum at the last sample [N m s] and r [N m] by these differences, (7,)
+        each, of the new and the old model.
         """
         if self.r is not None:
             self._momentum = self._momentum + momentum

@@ -50,15 +50,7 @@ class ArrivalLine:
         self._mean = 0.0  # of e [s]
 
     def update(self, step: int) -> bool:
-        """
-        Add an arrival, ``step`` [ns] after the last.
-
-        Returns
-        -------
-        bool
-            False if the arrival does not fit the line, which then restarts at it.
-
-        """
+        """Add an arrival, step [ns] after the last; return False if the line restarts at it."""
         if self._n == 1 and 0 <= step < SHORT_STEP and self._skipped < _BURST:
             self._skipped += 1
             return True  # part of a delayed burst: start at its end
@@ -159,7 +151,7 @@ class Retiming:
         Parameters
         ----------
         stamp_ns : int
-            Header stamp [ns].
+            Header stamp [ns]; 0 means that it is not set.
         fresh : bool
             False for data of the last message or of another publisher: the step is no evidence
             about the stamps, and an equal stamp returns the last result again.
@@ -174,25 +166,15 @@ class Retiming:
 
         """
         self.restarted = False
-        before = self.source
         if self._mode == AUTO:
-            self.source = self._evidence.update(stamp_ns, fresh, received_ns)
-        if self.source != before:
-            self._continues = False
-            if RECEIPT in (self.source, before) and stamp_ns:  # stamps of another clock
-                self._line.restart()
-                self._last = self._out = None
+            self._weigh(stamp_ns, fresh, received_ns)
         stamp_ns = self.select(stamp_ns, received_ns)
-        if self._last is None:
-            self._last = stamp_ns
+        last, self._last = self._last, stamp_ns
+        if last is None:
             return None if self.retimed else self._return(stamp_ns)
-        step = stamp_ns - self._last
-        if step == 0 and not fresh:
+        if stamp_ns == last and not fresh:
             return self._out
-        self._last = stamp_ns
-        if self._mode == HEADER:
-            return self._return(stamp_ns)
-        fits = self._line.update(step)
+        fits = self._mode == HEADER or self._line.update(stamp_ns - last)
         if not self.retimed:
             return self._return(stamp_ns)
         if not fits:
@@ -205,6 +187,16 @@ class Retiming:
         if self._out is not None and not self._continues and even <= self._out:
             return None  # the line is still behind the last header stamp returned
         return self._return(even)
+
+    def _weigh(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> None:
+        """Choose the source by the evidence."""
+        before = self.source
+        self.source = self._evidence.update(stamp_ns, fresh, received_ns)
+        if self.source != before:
+            self._continues = False
+            if RECEIPT in (self.source, before) and stamp_ns:  # stamps of another clock
+                self._line.restart()
+                self._last = self._out = None
 
     def _return(self, stamp_ns: int) -> int:
         self.restarted = not self._continues

@@ -7,13 +7,14 @@ as in ``effort_model.bias``.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
-from functools import cache, cached_property
-from typing import Any, ClassVar
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from .arm_model import ArmModel
+from .setting import Floats, Group, Setting, setting
 from .stamp_evidence import MODES
 from ..model import paper_tables
 from ..model.arm import BaxterArm
@@ -24,100 +25,20 @@ from ..model.exceptions import ArgumentError
 from ..model.joints import BASE_FRAME, mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
 from ..model.tilt import gravity_in_base
-from ..model.validation import finite, number
 
 METHODS = ('lagrange_euler', 'newton_euler')
 MATCHED = 'matched'  # effort band
 _ZEROS = (0.0,) * N_JOINTS
-
-Floats = tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Declaration of a setting; a tuple as the default stands for a list of that length."""
-
-    name: str
-    default: str | bool | int | float | Floats
-    description: str
-    unit: str = ''
-    lower: float = -float('inf')
-    upper: float = float('inf')
-    choices: tuple[str, ...] = ()
-    read_only: bool = False  # cannot be changed while the node runs
-
-    def check(self, value: Any) -> Any:
-        """
-        Return the value in the type of the default.
-
-        Raises
-        ------
-        ArgumentError
-            If it has the wrong type or length, or is out of range or not finite.
-
-        """
-        if isinstance(self.default, bool):
-            if not isinstance(value, bool):
-                raise ArgumentError(self.name, f'expected true or false, got {value!r}')
-            return value
-        if isinstance(self.default, str):
-            return self._check_text(value)
-        if isinstance(self.default, int):
-            if not isinstance(value, int) or isinstance(value, bool):
-                raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
-            return int(number(self.name, value, self.lower, self.upper, self.unit))
-        if isinstance(self.default, float):
-            return number(self.name, value, self.lower, self.upper, self.unit)
-        values = tuple(finite(self.name, value, (len(self.default),)).tolist())
-        for i, element in enumerate(values):
-            number(f'{self.name}[{i}]', element, self.lower, self.upper, self.unit)
-        return values
-
-    def _check_text(self, value: Any) -> str:
-        if self.choices and value not in self.choices:
-            raise ArgumentError(
-                self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
-        if not isinstance(value, str) or not value.isprintable():
-            raise ArgumentError(self.name, f'expected printable text, got {value!r}')
-        return value
-
-
-@dataclass(frozen=True)
-class Group:
-    """Base of groups of settings; values are checked when a group is created."""
-
-    prefix: ClassVar[str]  # of the names of the settings
-
-    def __init_subclass__(cls, prefix: str = '') -> None:
-        """Store the prefix."""
-        cls.prefix = prefix
-
-    def __post_init__(self) -> None:
-        """Check each value and store it in the type of the default."""
-        for name, setting in self.own_settings().items():
-            object.__setattr__(self, name, setting.check(getattr(self, name)))
-
-    @classmethod
-    @cache
-    def own_settings(cls) -> dict[str, Setting]:
-        """Return the settings of this group, field name to declaration."""
-        return {each.name: replace(each.metadata['setting'], name=cls.prefix + each.name)
-                for each in fields(cls) if 'setting' in each.metadata}
-
-
-def _setting(default: Any, *declaration: Any, **options: Any) -> Any:
-    return field(default=default,
-                 metadata={'setting': Setting('', default, *declaration, **options)})
 
 
 @dataclass(frozen=True)
 class AccelerationSettings(Group, prefix='acceleration.'):
     """Filter that estimates acceleration."""
 
-    cutoff: float = _setting(
+    cutoff: float = setting(
         5.0, 'Cutoff frequency of the second-order Butterworth filter that differentiates '
         'velocity.', 'Hz', 0.5, 50.0)
-    velocity_lag: float = _setting(
+    velocity_lag: float = setting(
         0.014, 'Time by which measured velocity lags position and effort.', 's', 0.0, 0.2)
 
 
@@ -125,38 +46,38 @@ class AccelerationSettings(Group, prefix='acceleration.'):
 class EffortModelSettings(Group, prefix='effort_model.'):
     """Terms of :class:`.EffortModel`."""
 
-    enabled: bool = _setting(
+    enabled: bool = setting(
         True, 'Model the spring, friction and bias of the real robot. If false, predicted effort '
         'is tau, as in a simulator.')
-    spring_coefficients: Floats = _setting(
+    spring_coefficients: Floats = setting(
         SPRING_COEFFICIENTS, 'Spring torque at s1: coefficients of 1, sin q, cos q, sin 2q, '
         'cos 2q.', 'N m', -200.0, 200.0)
-    spring_range: Floats = _setting(
+    spring_range: Floats = setting(
         SPRING_RANGE, 'Range of s1 in which the spring model is valid. Outside, the spring torque '
         'at the limit is used.', 'rad', -3.2, 3.2)
-    coulomb: Floats = _setting(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
-    coulomb_velocity: float = _setting(
+    coulomb: Floats = setting(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
+    coulomb_velocity: float = setting(
         COULOMB_VELOCITY, 'Velocity over which Coulomb friction changes sign.', 'rad/s',
         1e-3, 1.0)
-    viscous: Floats = _setting(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
-    dahl: Floats = _setting(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
-    dahl_length: float = _setting(
+    viscous: Floats = setting(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
+    dahl: Floats = setting(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
+    dahl_length: float = setting(
         DAHL_LENGTH, 'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0)
-    bias: Floats = _setting(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
-    stiffness: Floats = _setting(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
-    added_inertia: Floats = _setting(
+    bias: Floats = setting(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
+    stiffness: Floats = setting(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
+    added_inertia: Floats = setting(
         _ZEROS, 'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0)
-    crosstalk: Floats = _setting(
+    crosstalk: Floats = setting(
         tuple(CROSSTALK.ravel().tolist()), 'Share of the effort of each joint in the measured '
         'effort of another: 7 x 7, row by row, row i for the measured effort of joint i; the '
         'diagonal is zero.', '', -0.5, 0.5)
-    deviation: Floats = _setting(
+    deviation: Floats = setting(
         _ZEROS, 'Expected standard deviation of the residual per joint at rest.', 'N m',
         0.0, 100.0)
-    deviation_velocity: Floats = _setting(
+    deviation_velocity: Floats = setting(
         _ZEROS, 'Expected standard deviation of the residual per joint and velocity.',
         'N m s/rad', 0.0, 100.0)
-    deviation_acceleration: Floats = _setting(
+    deviation_acceleration: Floats = setting(
         _ZEROS, 'Expected standard deviation of the residual per joint and acceleration.',
         'N m s^2/rad', 0.0, 100.0)
 
@@ -165,7 +86,7 @@ class EffortModelSettings(Group, prefix='effort_model.'):
 class ExternalEffortSettings(Group, prefix='external_effort.'):
     """Estimate of the external torque."""
 
-    gain: float = _setting(
+    gain: float = setting(
         10.0, 'Gain of the momentum observer, the inverse of its time constant.', '1/s',
         0.5, 100.0)
 
@@ -174,20 +95,20 @@ class ExternalEffortSettings(Group, prefix='external_effort.'):
 class ContactSettings(Group, prefix='contact.'):
     """Contact detector; the defaults of floor and limit hold for an uncalibrated robot."""
 
-    floor: Floats = _setting(
+    floor: Floats = setting(
         (2.5, 1.0, 1.0, 0.6, 0.25, 0.4, 0.3), 'Minimum contact threshold per joint.', 'N m',
         0.001, 100.0)
-    limit: Floats = _setting(
+    limit: Floats = setting(
         (4.0, 5.0, 4.0, 2.5, 1.2, 1.5, 0.8), 'Largest model error per joint. Contact with a '
         'larger external torque is reported however long it lasts.', 'N m', 0.001, 100.0)
-    sigmas: float = _setting(
+    sigmas: float = setting(
         3.6, 'Contact threshold in standard deviations of the free-motion residual.', '',
         1.0, 100.0)
-    samples: int = _setting(
+    samples: int = setting(
         2, 'Consecutive samples above the threshold before contact is reported.', '', 1, 1000)
-    hysteresis: float = _setting(
+    hysteresis: float = setting(
         0.7, 'Fraction of the threshold below which contact ends.', '', 0.0, 1.0)
-    memory: float = _setting(
+    memory: float = setting(
         30.0, 'Time constant for learning the standard deviation of the free-motion residual.',
         's', 1.0, 3600.0)
 
@@ -196,10 +117,10 @@ class ContactSettings(Group, prefix='contact.'):
 class BaseSettings(Group, prefix='base.'):
     """Tilt of the robot's base."""
 
-    roll: float = _setting(
+    roll: float = setting(
         0.0, 'Roll of the base about its x axis; positive raises the left side.', 'rad',
         -3.2, 3.2)
-    pitch: float = _setting(
+    pitch: float = setting(
         0.0, 'Pitch of the base about the level y axis, after roll; positive lowers the front.',
         'rad', -3.2, 3.2)
 
@@ -208,10 +129,10 @@ class BaseSettings(Group, prefix='base.'):
 class PayloadSettings(Group, prefix='payload.'):
     """Load in the hand."""
 
-    mass: float = _setting(0.0, 'Mass of the payload.', 'kg', 0.0, 10.0)
-    center_of_mass: Floats = _setting(
+    mass: float = setting(0.0, 'Mass of the payload.', 'kg', 0.0, 10.0)
+    center_of_mass: Floats = setting(
         (0.0,) * 3, 'Centre of mass of the payload in the hand frame.', 'm', -1.0, 1.0)
-    inertia: Floats = _setting(
+    inertia: Floats = setting(
         (0.0,) * 6, 'Inertia xx, yy, zz, xy, yz, xz of the payload about its centre of mass, axes '
         'of the hand frame.', 'kg m^2', -2.0, 2.0)
 
@@ -220,13 +141,13 @@ class PayloadSettings(Group, prefix='payload.'):
 class LinkSettings(Group, prefix='links.'):
     """Inertial parameters of the links."""
 
-    mass: Floats = _setting(
+    mass: Floats = setting(
         tuple(row[-1] for row in paper_tables.TABLE_II), 'Mass of each link (Table II).', 'kg',
         0.0, 20.0)
-    center_of_mass: Floats = _setting(
+    center_of_mass: Floats = setting(
         sum(paper_tables.TABLE_IV, ()), 'Centre of mass x, y, z of each link in turn, in the link '
         'frame (Table IV).', 'm', -1.0, 1.0)
-    inertia: Floats = _setting(
+    inertia: Floats = setting(
         sum(paper_tables.TABLE_III, ()), 'Inertia xx, yy, zz, xy, yz, xz of each link in turn, '
         'about its centre of mass (Table III).', 'kg m^2', -2.0, 2.0)
 
@@ -243,36 +164,36 @@ class PredictorSettings(Group):
 
     """
 
-    arm: str = _setting('right', 'Arm to predict (right or left).', choices=SIDES, read_only=True)
-    joint_prefix: str = _setting(
+    arm: str = setting('right', 'Arm to predict (right or left).', choices=SIDES, read_only=True)
+    joint_prefix: str = setting(
         '', "Prefix of the joint names in the messages: with 'robot_1/', the first joint of the "
         'right arm is robot_1/right_s0.', read_only=True)
-    frame_id: str = _setting(
+    frame_id: str = setting(
         BASE_FRAME, 'Frame of the published messages: the base of the robot.', read_only=True)
-    wrench_frame: str = _setting(
+    wrench_frame: str = setting(
         'hand', 'Axes and frame of the published wrench: hand (right_hand or left_hand) or base '
         '(frame_id). The torque is about the origin of the hand frame in both.',
         choices=('hand', 'base'), read_only=True)
-    method: str = _setting(
+    method: str = setting(
         'lagrange_euler', 'Inverse dynamics: lagrange_euler is the closed form, newton_euler the '
         'recursive method of Pinocchio.', choices=METHODS)
     acceleration: AccelerationSettings = AccelerationSettings()
-    stamps: str = _setting(
+    stamps: str = setting(
         MODES[0], 'Source of time. header: header stamps. arrival: re-timed header stamps, for '
         'stamps that are times of arrival. receipt: re-timed times of receipt at the node. auto: '
         'header until stamps prove to be times of arrival (arrival) or to stand still (receipt).',
         choices=MODES)
-    align: bool = _setting(
+    align: bool = setting(
         True, 'Delay position, velocity and effort to the instant of the filtered acceleration. '
         'If false, the newest values are combined with the delayed acceleration.')
-    effort_band: str = _setting(
+    effort_band: str = setting(
         MATCHED, 'Measured effort in the residual. matched: passed through the filter that '
         'differentiates velocity, so that measured and predicted effort have the same band. raw: '
         'as measured.', choices=(MATCHED, 'raw'))
     effort_model: EffortModelSettings = EffortModelSettings()
     external_effort: ExternalEffortSettings = ExternalEffortSettings()
     contact: ContactSettings = ContactSettings()
-    gravity: Floats = _setting(
+    gravity: Floats = setting(
         paper_tables.GRAVITY, 'Gravity vector in the frame of a level base.', 'm/s^2',
         -30.0, 30.0)
     base: BaseSettings = BaseSettings()

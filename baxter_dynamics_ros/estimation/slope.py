@@ -28,13 +28,12 @@ class PositionSlope:
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, Array]] = deque(maxlen=_MAX_SAMPLES)
-        self._slope: Array | None = None  # [rad/s]
-        self.lag = 0.0
+        self.reset()
 
     def reset(self) -> None:
         """Forget all samples."""
         self._samples.clear()
-        self._slope = None
+        self._slope: Array | None = None  # [rad/s]
         self.lag = 0.0
 
     def update(self, t: float, q: Array) -> Array:
@@ -48,9 +47,9 @@ class PositionSlope:
             samples.popleft()
         if samples[0][0] > t - SHORTEST_PERIOD:
             return np.zeros(np.shape(q)) if self._slope is None else self._slope
-        times = np.array([sample[0] for sample in samples])
+        times, positions = map(np.array, zip(*samples))
         mean = times.mean()
         weights = times - mean
         self.lag = t - mean
-        self._slope = weights @ np.array([sample[1] for sample in samples]) / (weights @ weights)
+        self._slope = weights @ positions / (weights @ weights)
         return self._slope

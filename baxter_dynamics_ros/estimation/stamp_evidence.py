@@ -45,24 +45,7 @@ class StampEvidence:
         self._begin_window()
 
     def update(self, stamp_ns: int, fresh: bool, received_ns: 'int | None') -> str:
-        """
-        Evaluate a message's stamp and return the source to use.
-
-        Parameters
-        ----------
-        stamp_ns : int
-            Header stamp [ns]; 0 means that it is not set.
-        fresh : bool
-            False for data of the last message or of another publisher.
-        received_ns : int or None
-            Time of receipt [ns], if known.
-
-        Returns
-        -------
-        str
-            As ``source``.
-
-        """
+        """Evaluate a message, for the arguments see :meth:`.Retiming.update`; return source."""
         last, self._last = self._last, (stamp_ns, received_ns)
         if last is None:
             return self.source

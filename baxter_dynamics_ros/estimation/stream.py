@@ -51,25 +51,20 @@ class Stream:
     counts : Counter
         Number of occurrences of each :class:`Event`, of all messages ('received'), and of those
         that were not dropped ('taken').
-    latest : State or None
-        Newest measured state.
     clock : Retiming
         Source of the stamps.
     velocity_check : VelocityCheck
         Compares measured velocity with measured position.
-    begins : bool
-        Whether the next sample starts the stream.
 
     """
 
     def __init__(self, side: str, stamps: str, prefix: str = '') -> None:
         self.selector = JointSelector(side, prefix)
         self.counts: Counter[Event | str] = Counter()
-        self.latest: State | None = None
         self.clock = Retiming(stamps)
         self.velocity_check = VelocityCheck()
         self._continuity = Continuity()
-        self.begins = True
+        self._last_ns: int | None = None  # time of the last sample; None before the first
 
     def reset(self, stamps: str | None = None) -> None:
         """Forget the stream but not the counts; change the source of stamps if given."""
@@ -79,7 +74,7 @@ class Stream:
         self.clock.reset()
         self.velocity_check.reset()
         self._continuity.forget()
-        self.begins = True
+        self._last_ns = None
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
              effort: Array, received_ns: 'int | None' = None) -> 'TimedState | State | Event':
@@ -107,22 +102,24 @@ class Stream:
             self.counts[verdict] += 1
             if verdict in DROPPED:
                 return verdict
-            self.begins = self.begins or verdict in RESETS
+            if verdict in RESETS:
+                self._last_ns = None
         self.counts['taken'] += 1
         if stamp_ns == 0 and received_ns is not None:
             self.counts[Event.UNSTAMPED] += 1
         if qd is None:
             self.counts[Event.VELOCITY_MISSING] += 1
-        effort_used = self._valid(measured)
+        usable_effort = self._usable_effort(measured)
         # The step to another publisher's message is no evidence about the robot's stamps.
         fresh = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
         time_ns = self._time(stamp_ns, fresh, received_ns)
         if time_ns is None:
             self.counts[Event.AWAITING_PERIOD] += 1
-            self.latest = state = State(stamp, q, qd, effort_used, qd)
-            self.begins = True
-            return state
-        return self._sample(time_ns, fresh, q, qd, effort_used)
+            self._last_ns = None
+            return State(stamp, q, qd, usable_effort, qd)
+        dt, usable_qd = self._usable_velocity(self._step(time_ns, fresh), q, qd)
+        begins, self._last_ns = self._last_ns is None, time_ns
+        return TimedState(State(time_ns, q, usable_qd, usable_effort, qd), dt, begins)
 
     def _time(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> int | None:
         """Return a message's time on the stream's time line [ns]; None while unknown."""
@@ -136,39 +133,37 @@ class Stream:
                 self._continuity.forget()  # the next stamp is from another clock
         elif clock.resyncs != resyncs:
             self.counts[Event.RESET_RESYNC] += 1
-        self.begins = self.begins or clock.restarted
+        if clock.restarted:
+            self._last_ns = None
         return time_ns
 
-    def _sample(self, time_ns: int, fresh: bool, q: Array, qd: Array | None,
-                effort: Array | None) -> TimedState:
-        last, step = self.latest, 0
-        if self.begins or last is None:
+    def _step(self, time_ns: int, fresh: bool) -> float:
+        """Return the time since the last sample [s]; zero for the first."""
+        if self._last_ns is None:
             self.velocity_check.restart()
-        else:
-            step = time_ns - last.stamp_ns
-            if fresh and step < SHORT_STEP and not self.clock.retimed:
-                self.counts[Event.REPEATED_STAMP] += 1
-        dt, usable = step * 1e-9, self.velocity_check.usable
-        usable_qd = self._usable(dt, q, qd)
-        if self.velocity_check.usable != usable:
-            self.counts[Event.RESET_VELOCITY_SOURCE] += 1
-            self.begins, dt = True, 0.0
-        self.latest = State(time_ns, q, usable_qd, effort, qd)
-        sample = TimedState(self.latest, dt, self.begins)
-        self.begins = False
-        return sample
+            return 0.0
+        step = time_ns - self._last_ns
+        if fresh and step < SHORT_STEP and not self.clock.retimed:
+            self.counts[Event.REPEATED_STAMP] += 1
+        return step * 1e-9
 
-    def _usable(self, dt: float, q: Array, qd: Array | None) -> Array | None:
-        """Return the measured velocity, or None if it is missing or contradicts the positions."""
+    def _usable_velocity(self, dt: float, q: Array, qd: Array | None
+                         ) -> tuple[float, Array | None]:
+        """Return velocity, or None if it is missing or contradicts the positions, after dt."""
+        check = self.velocity_check
         if qd is None:
-            self.velocity_check.restart()
-            return None
-        usable = self.velocity_check.update(dt, q, qd)
-        if self.velocity_check.mismatch is not None:
+            check.restart()
+            return dt, None
+        before = check.usable
+        usable = check.update(dt, q, qd)
+        if check.mismatch is not None:
             self.counts[Event.POSITION_FROZEN if usable else Event.VELOCITY_MISMATCH] += 1
-        return qd if usable else None
+        if usable != before:
+            self.counts[Event.RESET_VELOCITY_SOURCE] += 1
+            self._last_ns, dt = None, 0.0
+        return dt, qd if usable else None
 
-    def _valid(self, effort: Array | None) -> Array | None:
+    def _usable_effort(self, effort: Array | None) -> Array | None:
         """Return the measured effort, or None if it is missing or exactly zero on all joints."""
         if effort is None:
             self.counts[Event.EFFORT_MISSING] += 1

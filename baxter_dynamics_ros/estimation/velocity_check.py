@@ -32,21 +32,28 @@ class VelocityCheck:
 
     Attributes
     ----------
+    usable : bool
+        Whether measured velocity can be used; also true while positions are frozen.
     mismatch : VelocityMismatch or None
         Largest mismatch of the last check that found one; None while velocity and position agree.
 
     """
 
+    _t: float  # since the start of the window [s]
+    _next_check: float  # [s]
+    _low: Array
+    _high: Array
+
     def __init__(self) -> None:
         # Position, integrated velocity, and their difference [rad]; velocity [rad/s].
         self._sample = np.zeros((4, N_JOINTS))
-        self._low = self._high = self._sample
-        self._t, self._next_check = 0.0, _CHECK_PERIOD  # since the start of the window [s]
+        self._begin_window()
         self.reset()
 
     def reset(self) -> None:
         """Forget everything; velocity is used again."""
         self._wrong: Bools = np.zeros(N_JOINTS, dtype=bool)
+        self.usable = True
         self.mismatch: VelocityMismatch | None = None
         self.restart()
 
@@ -54,14 +61,9 @@ class VelocityCheck:
         """Start a new window, as after a gap."""
         self._last: Array | None = None  # velocity [rad/s]
 
-    @property
-    def usable(self) -> bool:
-        """Whether measured velocity can be used; also true while positions are frozen."""
-        return not self._wrong.any()
-
     def update(self, dt: float, q: Array, qd: Array) -> bool:
         """
-        Check a sample.
+        Check a sample and return whether measured velocity can be used.
 
         Parameters
         ----------
@@ -70,24 +72,15 @@ class VelocityCheck:
         q, qd : ndarray (7,)
             Position [rad] and measured velocity [rad/s].
 
-        Returns
-        -------
-        bool
-            Whether measured velocity can be used.
-
         """
-        sample = self._sample
-        sample[0] = q
-        if self._last is None:
-            sample[1] = 0.0
-        else:
-            sample[1] += (0.5 * dt) * (qd + self._last)
-            self._t += dt
+        sample, last, self._last = self._sample, self._last, qd
+        integrated = 0.0 if last is None else sample[1] + (0.5 * dt) * (qd + last)
+        sample[0], sample[1], sample[3] = q, integrated, qd
         np.subtract(sample[1], q, out=sample[2])
-        sample[3] = qd
-        if self._last is None:
+        if last is None:
             self._begin_window()
-        self._last = qd
+        else:
+            self._t += dt
         np.minimum(self._low, sample, out=self._low)
         np.maximum(self._high, sample, out=self._high)
         if self._t >= self._next_check:
@@ -110,6 +103,7 @@ class VelocityCheck:
         if is_complete:
             self._wrong &= differs | (motion < _EVIDENCE)
         self._wrong |= differs & (moved > 0.0)
+        self.usable = not self._wrong.any()
         if differs.any():
             i = int(excess.argmax())
             self.mismatch = VelocityMismatch(

@@ -13,7 +13,8 @@ from .process import run
 from .ros_parameters import ParameterNode
 from ..estimation.events import Event
 from ..estimation.joint_selection import JointSelector
-from ..estimation.settings import Setting, SETTINGS
+from ..estimation.setting import Setting
+from ..estimation.settings import SETTINGS
 from ..model.arrays import Array
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
 from ..model.joints import N_JOINTS, SIDES

@@ -14,7 +14,7 @@ from .diagnostic_updater import DiagnosticUpdater, ERROR, OK, Status, WARN
 from .messages import set_stamp
 from .process import run
 from .ros_parameters import ParameterNode
-from ..estimation.settings import Setting
+from ..estimation.setting import Setting
 from ..model.exceptions import ArgumentError
 from ..ros1 import joint_state
 from ..ros1.errors import Ros1Error

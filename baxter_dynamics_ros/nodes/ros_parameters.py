@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from .rclpy_internals import given_parameters
-from ..estimation.settings import Setting
+from ..estimation.setting import Setting
 from ..model.exceptions import ArgumentError
 
 NO_SUCH = 'no such parameter'

@@ -1,0 +1,88 @@
+"""Declaration of settings: default, description, unit and range, and groups of them."""
+
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from typing import Any, ClassVar
+
+from ..model.exceptions import ArgumentError
+from ..model.validation import finite, number
+
+Floats = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Declaration of a setting; a tuple as the default stands for a list of that length."""
+
+    name: str
+    default: str | bool | int | float | Floats
+    description: str
+    unit: str = ''
+    lower: float = -float('inf')
+    upper: float = float('inf')
+    choices: tuple[str, ...] = ()
+    read_only: bool = False  # cannot be changed while the node runs
+
+    def check(self, value: Any) -> Any:
+        """
+        Return the value in the type of the default.
+
+        Raises
+        ------
+        ArgumentError
+            If it has the wrong type or length, or is out of range or not finite.
+
+        """
+        if isinstance(self.default, bool):
+            if not isinstance(value, bool):
+                raise ArgumentError(self.name, f'expected true or false, got {value!r}')
+            return value
+        if isinstance(self.default, str):
+            return self._check_text(value)
+        if isinstance(self.default, int):
+            if not isinstance(value, int) or isinstance(value, bool):
+                raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
+            return int(number(self.name, value, self.lower, self.upper, self.unit))
+        if isinstance(self.default, float):
+            return number(self.name, value, self.lower, self.upper, self.unit)
+        values = tuple(finite(self.name, value, (len(self.default),)).tolist())
+        for i, element in enumerate(values):
+            number(f'{self.name}[{i}]', element, self.lower, self.upper, self.unit)
+        return values
+
+    def _check_text(self, value: Any) -> str:
+        if self.choices and value not in self.choices:
+            raise ArgumentError(
+                self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
+        if not isinstance(value, str) or not value.isprintable():
+            raise ArgumentError(self.name, f'expected printable text, got {value!r}')
+        return value
+
+
+@dataclass(frozen=True)
+class Group:
+    """Base of groups of settings; values are checked when a group is created."""
+
+    prefix: ClassVar[str]  # of the names of the settings
+
+    def __init_subclass__(cls, prefix: str = '') -> None:
+        """Store the prefix."""
+        cls.prefix = prefix
+
+    def __post_init__(self) -> None:
+        """Check each value and store it in the type of the default."""
+        for name, setting in self.own_settings().items():
+            object.__setattr__(self, name, setting.check(getattr(self, name)))
+
+    @classmethod
+    @cache
+    def own_settings(cls) -> dict[str, Setting]:
+        """Return the settings of this group, field name to declaration."""
+        return {each.name: replace(each.metadata['setting'], name=cls.prefix + each.name)
+                for each in fields(cls) if 'setting' in each.metadata}
+
+
+def setting(default: Any, *declaration: Any, **options: Any) -> Any:
+    """Return a field of a group, declared as a :class:`Setting`."""
+    return field(default=default,
+                 metadata={'setting': Setting('', default, *declaration, **options)})
