@@ -68,7 +68,7 @@ def test_permission_denied(make_bag, states, closed, kind, what):
         assert 'permission denied; make it readable' in line_of(path)
 
 
-@pytest.mark.parametrize('fraction', [0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97])
+@pytest.mark.parametrize('fraction', [0.01, 0.3, 0.7, 0.97])
 @pytest.mark.parametrize('kind', KINDS)
 def test_truncated_files_are_refused(make_bag, states, kind, fraction):
     path = make_bag(states(3000), kind)
@@ -83,7 +83,7 @@ def test_damaged_bytes_are_refused_or_harmless(make_bag, states, rng, kind):
     file = path if path.is_file() else max(path.iterdir(), key=lambda file: file.stat().st_size)
     data = file.read_bytes()
     failures = 0
-    for _ in range(40):
+    for _ in range(20):
         broken = bytearray(data)
         at, n = rng.integers(len(data)), rng.integers(1, 200)
         broken[at:at + n] = rng.bytes(n)
@@ -93,7 +93,7 @@ def test_damaged_bytes_are_refused_or_harmless(make_bag, states, rng, kind):
         except BagError as error:
             failures += 1
             assert '\n' not in str(error)
-    assert failures > 10
+    assert failures > 5
 
 
 def test_mcap_without_summary_is_read(bag_without_summary):
