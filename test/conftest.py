@@ -17,9 +17,10 @@ pytest.register_assert_rewrite('arrivals', 'played')
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / 'shared'
 
-# Lets the nodes of the tests find each other at once: Fast DDS 2 (Jazzy) and 3 (Kilted).
-for variable in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'):
-    os.environ.setdefault(variable, str(REPOSITORY / 'test' / 'nodes' / 'discovery.xml'))
+# Lets the nodes of the tests find each other at once. Kilted has Fast DDS 3.
+PROFILES = 'FASTDDS' if os.environ.get('ROS_DISTRO') == 'kilted' else 'FASTRTPS'
+os.environ.setdefault(f'{PROFILES}_DEFAULT_PROFILES_FILE',
+                      str(REPOSITORY / 'test' / 'nodes' / 'discovery.xml'))
 
 _TILT = np.array([[1.0, 0.0, 0.0, 0.0],  # 0.7 rad about the base's x axis
                   [0.0, np.cos(0.7), -np.sin(0.7), 0.0],
