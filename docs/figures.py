@@ -18,9 +18,9 @@ FOLDER = Path(__file__).resolve().parent / 'figures'
 
 # File -> module and function that draws it into a path.
 FIGURES = {
-    'demo.png': ('drawing.commands', 'demo'),
     'report.png': ('drawing.commands', 'report'),
     'watch.svg': ('drawing.commands', 'watch'),
+    'panel.png': ('drawing.commands', 'panel'),
     'residual.png': ('drawing.residual', 'causes'),
     'arm_as_printed.svg': ('drawing.model', 'arm_as_printed'),
     'torque_as_printed.svg': ('drawing.model', 'torque_as_printed'),

@@ -42,8 +42,9 @@ class Calls:
                                                           f'{predictor}/calibrate')
         if self._goal is not None:
             return ['cancel']
-        return [verb for verb, client in self._clients.items() if (
-            client.server_is_ready() if verb == 'calibrate' else client.service_is_ready())]
+        return [verb for verb in ('zero', 'calibrate', 'reset') if verb in self._clients and (
+            self._clients[verb].server_is_ready() if verb == 'calibrate'
+            else self._clients[verb].service_is_ready())]
 
     def start(self, verb: str) -> None:
         """Start a call, unless another one has no answer yet."""

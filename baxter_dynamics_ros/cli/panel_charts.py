@@ -14,7 +14,7 @@ from ..model.joints import JOINTS
 
 WINDOW = 30.0  # [s]
 _SMALLEST = 0.2  # height of a scale [N m]
-_HEIGHT = 96  # [pixels]
+_HEIGHT = 78  # [pixels]
 _GRAY, _BLUE, _RED = '#8a949e', '#1f77c9', '#d1402b'
 _CLEAR, _SHADE = 'rgba(0, 0, 0, 0)', 'rgba(31, 119, 201, 0.16)'
 
@@ -35,15 +35,16 @@ def steady_range(limits: tuple[float, float], low: float, high: float) -> tuple[
 class Chart:
     """A chart of some series over the last 30 s."""
 
-    def __init__(self, gui: viser.GuiApi, colors: tuple[str, ...], bands: Any = None) -> None:
+    def __init__(self, gui: viser.GuiApi, colors: tuple[str, ...], bands: Any = None,
+                 is_last: bool = False) -> None:
         self._limits = (0.0, 0.0)
         self._handle = gui.add_uplot(
             tuple(np.zeros((1 + len(colors), 1))),
             ({}, *(uplot.Series(stroke=color, width=1.6, points={'show': False})
                    for color in colors)),
             bands=bands, scales={}, legend={'show': False}, cursor={'show': False},
-            axes=(_axis(20, 60), _axis(44, 18)),
-            height=_HEIGHT, padding=(6, 12, 0, 0))
+            axes=(_axis(20 if is_last else 8, 60), _axis(44, 18)),
+            height=_HEIGHT + 12 * is_last, padding=(6, 12, 0, 0))
 
     def update(self, time: Array, columns: tuple[Array, ...], symmetric: bool) -> None:
         """Show columns (n,) over time (n,) [s], on a scale that is symmetric to zero or not."""
@@ -60,7 +61,8 @@ class Chart:
 
 
 def _axis(size: int, space: int) -> uplot.Axis:
-    return uplot.Axis(stroke=_GRAY, font='11px sans-serif', ticks={'show': False}, size=size,
+    stroke = _GRAY if size > 8 else _CLEAR  # no room for numbers
+    return uplot.Axis(stroke=stroke, font='11px sans-serif', ticks={'show': False}, size=size,
                       space=space, grid={'stroke': 'rgba(138, 148, 158, 0.22)', 'width': 1})
 
 
@@ -74,16 +76,16 @@ class Charts:
         with tabs.add_tab('Residual'):
             gui.add_html(_caption(f'<i style="color:{_RED}">measured − predicted</i> effort in '
                                   'N m; the band holds 95 % of all residuals in free motion'))
-            for _ in JOINTS:
+            for joint in JOINTS:
                 self._titles.append(gui.add_html(''))
                 self._residuals.append(Chart(gui, (_CLEAR, _CLEAR, _RED), (
-                    {'series': (1, 2), 'fill': _SHADE},)))
+                    {'series': (1, 2), 'fill': _SHADE},), joint == JOINTS[-1]))
         with tabs.add_tab('Effort'):
             gui.add_html(_caption(f'<i style="color:{_GRAY}">measured</i> and '
                                   f'<i style="color:{_BLUE}">predicted</i> effort in N m'))
             for joint in JOINTS:
                 gui.add_html(_title(joint, ''))
-                self._efforts.append(Chart(gui, (_GRAY, _BLUE)))
+                self._efforts.append(Chart(gui, (_GRAY, _BLUE), None, joint == JOINTS[-1]))
         self.tabs = tabs
 
     def add(self, instant: Instant, now: float) -> None:
@@ -118,7 +120,7 @@ def _judged(residual: float, band: float) -> str:
 
 
 def _title(joint: str, text: str) -> str:
-    return ('<div style="display:flex;justify-content:space-between;padding:6px 12px 0;'
+    return ('<div style="display:flex;justify-content:space-between;padding:2px 12px 0;'
             f'font-size:13px"><b>{joint}</b><span>{text}</span></div>')
 
 

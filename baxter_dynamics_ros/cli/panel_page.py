@@ -143,10 +143,10 @@ def _residual(predictor: Predictor, now: float) -> str:
     instant = predictor.instant(now)
     if np.isnan(instant.deviation).all():
         return ''
-    beyond = [f'{joint} ({residual:+.2f} N m)' for joint, residual, deviation in zip(
+    beyond = [joint for joint, residual, deviation in zip(
         JOINTS, instant.residual, instant.deviation) if abs(residual) > BAND * deviation]
-    return ('Residual beyond the expected deviation: ' + ', '.join(beyond) if beyond else
-            'All residuals are within their expected deviation')
+    return ('Residual beyond its expected range at ' + ', '.join(beyond) if beyond else
+            'All residuals are within their expected range')
 
 
 def _sentence(text: str) -> str:
