@@ -17,7 +17,7 @@ from ..model.joints import JOINTS, N_JOINTS
 # Largest RMS residual of a calibrated Baxter on left-out recordings [N m].
 CALIBRATED = np.array([0.5, 1.0, 0.5, 0.35, 0.15, 0.25, 0.1])
 
-_COVERED = 0.9  # share of residuals within 1.96 deviations below which a joint exceeds them
+_COVERED = 0.85  # share of residuals within 1.96 deviations below which a joint exceeds them
 _FREQUENT = 1 / 3  # share of the explanations that makes one worth acting on
 
 _FITTED = {'tilt': 'a tilted base', 'friction': 'friction'}  # explanations a calibration removes
