@@ -18,7 +18,7 @@ import numpy as np
 
 from .arrays import Array, ArrayLike, Bools
 from .exceptions import ArgumentError
-from .joints import N_JOINTS, S1
+from .joints import JOINTS, N_JOINTS, S1
 from .validation import finite
 
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
@@ -34,8 +34,10 @@ COULOMB_VELOCITY = 0.05
 # Angle over which Dahl friction reverses [rad].
 DAHL_LENGTH = 0.02
 
-# Share of the effort of joint j (column) in the measured effort of joint i (row).
+# Share of the effort of joint j (column) in the measured effort of joint i (row): e1 measures a
+# part of the effort of e0 on all robots tried.
 CROSSTALK = np.zeros((N_JOINTS, N_JOINTS))
+CROSSTALK[JOINTS.index('e1'), JOINTS.index('e0')] = -0.037
 
 _ZEROS = (0.0,) * N_JOINTS
 

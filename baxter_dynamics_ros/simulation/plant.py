@@ -1,5 +1,6 @@
 """Arm mechanics: MuJoCo on the manufacturer's description, plus springs and friction."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -8,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .description import arm_description, hand_names
 from ..model.arrays import Array
-from ..model.effort import EffortModel, SPRING_COEFFICIENTS
+from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import joint_names, N_JOINTS
 from ..model.paper_tables import GRAVITY
@@ -31,9 +32,8 @@ _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
 
 def default_truth(spring: bool = True, friction: bool = True) -> EffortModel:
     """Return the default effort model of the simulated arm: spring at s1, Coulomb friction."""
-    return EffortModel(
-        spring_coefficients=np.array(SPRING_COEFFICIENTS) if spring else np.zeros(5),
-        coulomb=np.array(COULOMB) if friction else np.zeros(N_JOINTS))
+    return replace(EffortModel() if spring else EffortModel.rigid(),
+                   coulomb=np.array(COULOMB) if friction else np.zeros(N_JOINTS))
 
 
 class Plant:

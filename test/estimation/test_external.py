@@ -33,7 +33,7 @@ def measured(settings, seconds=4.0, period=0.01, external=None, velocity=True) -
     t = np.arange(0.0, seconds, period)
     q, late, effort = perfect_robot.measured(settings, t, trajectory)
     if external is not None:  # the motors supply the less
-        effort[t >= 1.0] -= external
+        effort[t >= 1.0] -= settings.model.effort_model.coupled(external)
     stamps = [START + round(x * 1e9) for x in t]
     return list(zip(stamps, q, late if velocity else [np.empty(0)] * len(t), effort))
 
@@ -57,7 +57,7 @@ def test_a_push_is_external_effort_and_its_negative_is_residual():
     residuals, externals = play(
         Predictor(settings, external=True), measured(settings, external=PUSH))
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.05)
-    np.testing.assert_allclose(residuals[-1], -PUSH, atol=0.05)
+    np.testing.assert_allclose(residuals[-1], -settings.model.effort_model.coupled(PUSH), atol=0.05)
     contact = [external is not None and external.contact for external in externals]
     assert not any(contact[:100]) and all(contact[115:])
     assert externals[-1].joints[:4].all() and not externals[99].joints.any()

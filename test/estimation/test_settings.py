@@ -116,6 +116,7 @@ def test_disabled_effort_model_is_tau():
 def test_effort_model_has_its_settings():
     coefficients = [1.0, 2.0, 3.0, 4.0, 5.0]
     model = make({
+        'effort_model.crosstalk': np.zeros(49),
         'effort_model.spring_coefficients': coefficients, 'effort_model.spring_range': [-2.5, 2.5],
         'effort_model.coulomb': np.arange(7.0), 'effort_model.coulomb_velocity': 0.2,
         'effort_model.viscous': np.arange(7.0)[::-1] / 10, 'effort_model.bias': [0.5] * 7,

@@ -43,7 +43,7 @@ def residuals(predictor, angles, start=10 ** 18):
 def test_predictor_adds_and_resets_dahl_friction():
     dahl = np.arange(1.0, 8.0)
     angles = 0.3 + 0.1 * np.sin(2.0 * np.arange(0.0, 6.0, 0.01))
-    without = PredictorSettings()
+    without = PredictorSettings.from_parameters({'effort_model.crosstalk': np.zeros(49)})
     with_ = without.replace({'effort_model.dahl': dahl})
     predictor = Predictor(with_)
     friction = residuals(predictor, angles) - residuals(Predictor(without), angles)

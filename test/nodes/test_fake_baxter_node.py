@@ -48,7 +48,8 @@ def test_payload_and_tilt_are_in_the_effort(robot, start):
     order = [list(message.name).index(name) for name in joint_names('left')]
     q, effort = (np.array(field)[order] for field in (message.position, message.effort))
     arm = BaxterArm(payload=load, gravity=gravity, mount=mount('left'))
-    np.testing.assert_allclose(effort, arm.gravity(q) + EffortModel().spring(q), atol=0.02)
+    model = EffortModel()
+    np.testing.assert_allclose(effort, model.coupled(arm.gravity(q) + model.spring(q)), atol=0.02)
 
 
 def test_bad_values_are_refused(refusals):

@@ -104,14 +104,15 @@ def still(robot, n, start):
 def test_changes_apply_in_mid_stream(robot, predictor, stamps):
     before, q = still(robot, 60, 10 ** 18)
     arm, effort = BaxterArm(mount=mount('right')), EffortModel()
-    np.testing.assert_allclose(before, arm.gravity(q) + effort.spring(q), atol=1e-9)
+    np.testing.assert_allclose(before, effort.coupled(arm.gravity(q) + effort.spring(q)),
+                               atol=1e-9)
 
     assert set_parameters(robot, {
         'payload.mass': 2.0, 'payload.center_of_mass': [0.01, 0.02, 0.1],
         'gravity': [0.5, -0.3, -9.7], 'method': 'newton_euler'}).successful
     after, _ = still(robot, 5, 10 ** 18 + 600_000_000)  # too few to settle anew
     arm = BaxterArm(Payload(2.0, (0.01, 0.02, 0.1)), (0.5, -0.3, -9.7), mount('right'))
-    np.testing.assert_allclose(after, arm.gravity(q) + effort.spring(q), atol=1e-9)
+    np.testing.assert_allclose(after, effort.coupled(arm.gravity(q) + effort.spring(q)), atol=1e-9)
 
     assert set_parameters(robot, {'effort_model.enabled': False}).successful
     after, _ = still(robot, 5, 10 ** 18 + 650_000_000)

@@ -53,8 +53,8 @@ def test_answers_by_name_in_any_order(node):
     assert stamp_ns(answer.gravity.header) == 5
     np.testing.assert_array_equal(answer.gravity.position, Q)
     np.testing.assert_allclose(answer.gravity.effort, arm.gravity(Q), atol=1e-12)
-    np.testing.assert_allclose(answer.actuator_effort, arm.gravity(Q) + effort.spring(Q),
-                               atol=1e-12)
+    expected = effort.coupled(arm.gravity(Q) + effort.spring(Q))
+    np.testing.assert_allclose(answer.actuator_effort, expected, atol=1e-12)
 
     request = srv.InverseDynamics.Request(state=joint_state(names, 5, q, qd), acceleration=qdd)
     answer = node.call(srv.InverseDynamics, 'inverse_dynamics', request)
