@@ -57,7 +57,8 @@ def test_a_push_is_external_effort_and_its_negative_is_residual():
     residuals, externals = play(
         Predictor(settings, external=True), measured(settings, external=PUSH))
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.05)
-    np.testing.assert_allclose(residuals[-1], -settings.model.effort_model.coupled(PUSH), atol=0.05)
+    expected = settings.model.effort_model.coupled(-PUSH)
+    np.testing.assert_allclose(residuals[-1], expected, atol=0.05)
     contact = [external is not None and external.contact for external in externals]
     assert not any(contact[:100]) and all(contact[115:])
     assert externals[-1].joints[:4].all() and not externals[99].joints.any()

@@ -1,5 +1,7 @@
 """The fake Baxter behaves as the real one was measured to."""
 
+from dataclasses import replace
+
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
@@ -144,7 +146,7 @@ def test_refuses_a_file_that_is_no_description_of_a_baxter(tmp_path):
 
 def with_truth(trajectory='hold', **truth):
     """Return a fake Baxter with these terms of the effort and neither spring nor noise."""
-    model = EffortModel(spring_coefficients=np.zeros(5), **truth)
+    model = replace(EffortModel.rigid(), **truth)
     return FakeBaxter(trajectory=trajectory, noise=False, truth=model)
 
 
