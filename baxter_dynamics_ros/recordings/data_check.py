@@ -130,7 +130,7 @@ class _Data(NamedTuple):
         tau = arm.inverse_dynamics(q, qd, qdd)
         spring = (model if model.has_spring else EffortModel()).spring(q)
         return cls(settings, q, qd, qdd, measured, gravity, tau - gravity, spring,
-                   tau + spring * model.has_spring)
+                   model.coupled(tau + spring * model.has_spring))
 
     @property
     def constant(self) -> Bools:

@@ -1,4 +1,4 @@
-"""The picture of docs/joints.md: the joints of an arm, their axes and positive directions."""
+"""The picture of docs/model.md: the joints of an arm, their axes and positive directions."""
 
 from __future__ import annotations
 

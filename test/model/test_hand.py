@@ -35,7 +35,7 @@ def test_other_lengths_and_angles(q, rng):
 
 @pytest.mark.parametrize('side', ['right', 'left'])
 def test_positive_directions(side):
-    """As docs/joints.md describes them, with all joints at zero."""
+    """As docs/model.md describes them, with all joints at zero."""
     jacobian = BaxterArm(mount=mount(side)).jacobian(np.zeros(7))
     forward, left, up = jacobian[:3]
     assert left[0] > 0.5 and abs(up[0]) < 1e-12
