@@ -197,7 +197,8 @@ class CalibrateAction:
         if file:
             try:
                 write_parameters(file, PredictorSettings.from_parameters(self._node.values),
-                                 [result.message])
+                                 ['Calibrated by the action calibrate.', found.message,
+                                  *found.notices])
                 result.file = file
             except (OSError, BaxterDynamicsError) as error:
                 result.message += f'; the file was not written: {error}'

@@ -71,8 +71,10 @@ class TorquePredictor(ParameterNode):
 
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""
+        before = self._predictor.model
         self._predictor.configure(built)
-        self._explainer.configure(built.model.arm, built.model.effort_model)
+        if self._predictor.model is not before:
+            self._explainer.configure(built.model.arm, built.model.effort_model)
 
     def destroy_node(self) -> None:
         """End a fit that is running, then destroy the node."""
