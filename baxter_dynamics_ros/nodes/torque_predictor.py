@@ -51,8 +51,8 @@ class TorquePredictor(ParameterNode):
                 matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
-        model = self._predictor.model
-        self._explainer = ResidualExplainer(model.arm, model.effort_model)
+        self._explained = self._predictor.model
+        self._explainer = ResidualExplainer(self._explained.arm, self._explained.effort_model)
         self._explained_ns = 0  # stamp of the last prediction that was explained
         self._diagnostics = PredictorDiagnostics(
             self, topic, self._predictor, self._recent, self._statistics, self._loss)
@@ -71,10 +71,7 @@ class TorquePredictor(ParameterNode):
 
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""
-        before = self._predictor.model
         self._predictor.configure(built)
-        if self._predictor.model is not before:
-            self._explainer.configure(built.model.arm, built.model.effort_model)
 
     def destroy_node(self) -> None:
         """End a fit that is running, then destroy the node."""
@@ -103,6 +100,9 @@ class TorquePredictor(ParameterNode):
         self._results.publish(step)
         self._zero.add(step)
         if step.prediction is not None:
+            if self._explained is not self._predictor.model:
+                self._explained = self._predictor.model
+                self._explainer.configure(self._explained.arm, self._explained.effort_model)
             self._explainer.add(step.prediction, step.external and step.external.contact)
         if self._calibrate is not None:
             self._calibrate.add(message, received_ns, step)

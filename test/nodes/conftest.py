@@ -122,7 +122,7 @@ class Robot(Node):
         client = self.create_client(kind, '/torque_predictor/' + name)
         assert client.wait_for_service(timeout_sec=DISCOVERY), f'no service {name}'
         future = client.call_async(request or kind.Request())
-        rclpy.spin_until_future_complete(self, future, timeout_sec=10.0)
+        rclpy.spin_until_future_complete(self, future, timeout_sec=30.0)
         assert future.done(), f'no answer of {name}'
         self.destroy_client(client)
         return future.result()

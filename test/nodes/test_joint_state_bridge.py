@@ -55,7 +55,7 @@ def status(robot, name):
     return robot.statuses('joint_state_bridge')[-1][name]
 
 
-def test_two_publishers_arrive_exactly_and_once_and_the_master_is_left_alone(
+def test_two_publishers_are_bridged_and_the_master_is_unchanged(
         robot, bridge, ros1, stamps):
     before = ros1.everything()
     process = bridge('clock:=robot')
@@ -149,7 +149,7 @@ def test_predictions_return_after_each_fault(
     assert ros1.state()[1] == {}
 
 
-def test_local_stamps_are_the_robots_in_this_machines_time(robot, bridge, ros1, stamps):
+def test_local_stamps_are_shifted_robot_stamps(robot, bridge, ros1, stamps):
     bridge()
     ros1.publish('--joints', 'a', '--behind', 2.6, '--count', 200)
     ros1.publish('--name', 'even', '--joints', 'b', '--begin', BEGIN, '--count', 200)
@@ -162,7 +162,7 @@ def test_local_stamps_are_the_robots_in_this_machines_time(robot, bridge, ros1, 
     assert 2.59 < offset < 2.7
 
 
-def test_a_recording_gives_the_residual_that_it_gives_offline(
+def test_recording_gives_the_offline_residual(
         robot, bridge, start_predictor, ros1, recordings, tmp_path, stamps):
     with np.load(recordings / 'baxter_kitting.npz') as file:
         chosen = np.flatnonzero(file['recording'] == 0)
@@ -206,7 +206,7 @@ def test_unusable_parameters_are_refused(refusals, monkeypatch):
         assert problem in line
 
 
-def test_it_waits_for_a_robot_that_is_not_there(robot, start):
+def test_waits_for_a_missing_robot(robot, start):
     process = start('joint_state_bridge', '-p', 'master_uri:=http://no-such-robot.local:11311')
     robot.until(lambda: 'no-such-robot.local does not resolve' in process.output)
     assert 'add the name to /etc/hosts' in process.output

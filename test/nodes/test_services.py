@@ -134,7 +134,7 @@ REFUSED = [
 ]
 
 
-def test_what_cannot_be_answered_is_refused_with_the_reason(node):
+def test_bad_requests_are_refused_with_the_reason(node):
     for state, acceleration, problem in REFUSED:
         names, *fields = state or ((),)
         message = joint_state(names, 0, *(np.array(field, dtype=float) for field in fields))

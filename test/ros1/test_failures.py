@@ -127,7 +127,7 @@ def test_each_failure_names_its_stage(serve, reply, answers, stage, found):
                       for error in client.problems(TOPIC)))
 
 
-def test_hosts_ports_and_uris_that_cannot_be(monkeypatch):
+def test_unusable_hosts_ports_and_uris(monkeypatch):
     with socket.create_server(('127.0.0.1', 0)) as silent:  # accepts, and never answers
         monkeypatch.setattr('baxter_dynamics_ros.ros1.rpc.TIMEOUT', 0.2)
         cases = {
@@ -141,19 +141,19 @@ def test_hosts_ports_and_uris_that_cannot_be(monkeypatch):
             assert error.value.stage == stage and error.value.remedy
 
 
-def test_this_machines_address_is_as_the_environment_says():
+def test_local_address_follows_the_environment():
     assert local_address('127.0.0.1', {}) == '127.0.0.1'
     assert local_address('127.0.0.1', {'ROS_IP': '10.0.0.7'}) == '10.0.0.7'
     assert local_address('127.0.0.1', {'ROS_IP': '10.0.0.7', 'ROS_HOSTNAME': 'me'}) == 'me'
 
 
-def test_only_requests_that_read_or_subscribe_can_be_sent(serve):
+def test_client_is_read_only(serve):
     for method in ('setParam', 'registerPublisher', 'registerService', 'deleteParam', 'shutdown'):
         with pytest.raises(ValueError, match='read-only'):
             call(Endpoint('127.0.0.1', 1), Stage.MASTER, str, method)
 
 
-def test_malformed_streams_are_counted_and_tried_anew_and_nothing_comes_twice(serve):
+def test_malformed_streams_are_counted_and_reconnected(serve):
     good = encode_header(HEADER) + message(1) + message(2)
     robot, client, received = serve(
         LONG, struct.pack('<I', 5) + b'\xff' * 5, good + LONG,
@@ -166,7 +166,7 @@ def test_malformed_streams_are_counted_and_tried_anew_and_nothing_comes_twice(se
     assert source.repeated >= 1 and source.publisher == '/robot'
 
 
-def test_publishers_that_change_are_followed_and_each_once(serve):
+def test_changed_publishers_are_followed(serve):
     robot, client, received = serve(encode_header(HEADER) + message(3))
     until(lambda: received)
     assert robot.registered[-1][2] == '*' and robot.registered[-1][1] == TOPIC
@@ -179,7 +179,7 @@ def test_publishers_that_change_are_followed_and_each_once(serve):
     until(lambda: client.connections(TOPIC))  # the next look at the master, which lists it
 
 
-def test_the_server_for_the_masters_calls_refuses_what_is_too_long(serve):
+def test_callback_server_refuses_long_requests(serve):
     robot, client, _ = serve(encode_header(HEADER) + message(3))
     until(lambda: robot.registered)
     api = robot.registered[-1][3]
@@ -231,7 +231,7 @@ XML = st.sampled_from(['<methodResponse>', '<params>', '<param>', '<value>', '<a
 @given(st.binary(max_size=100) | st.lists(XML, max_size=12).map(lambda tags: ''.join(
     ['<methodResponse><params><param>', *tags, '</param></params></methodResponse>']).encode()))
 @settings(max_examples=150, deadline=None)
-def test_whatever_a_master_answers_is_named_as_no_master(answering, body):
+def test_arbitrary_answers_are_reported_as_no_master(answering, body):
     answering.body = body
     with pytest.raises(Ros1Error) as error:
         Master(f'http://127.0.0.1:{answering.server_address[1]}', '/test').topic_types()

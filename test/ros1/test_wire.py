@@ -1,4 +1,4 @@
-"""ROS 1's bytes: read as an independent library writes them, and refused where they are wrong."""
+"""Deserialisation of ROS 1 messages and headers, clock offset, and counts of messages."""
 
 import struct
 import tracemalloc
@@ -41,7 +41,7 @@ def test_joint_states_are_read_as_they_were_written(seq, seconds, nanoseconds, n
     lambda cut, at, junk: GOOD[:at] + junk + GOOD[at + cut:], st.integers(0, 8),
     st.integers(0, len(GOOD)), st.binary(max_size=8)))
 @settings(max_examples=500, deadline=None)
-def test_whatever_comes_is_a_joint_state_or_malformed(data):
+def test_arbitrary_data_are_a_joint_state_or_malformed(data):
     for read in (parse, decode_header):
         try:
             result = read(data)
@@ -76,7 +76,7 @@ def arrivals(n, offset, seed=0):
     return [int(x) for x in stamps], [int(x) for x in stamps + 1e9 * (offset + late)]
 
 
-def test_the_clock_offset_is_that_of_the_fastest_arrivals_and_moves_slowly():
+def test_clock_offset_follows_the_fastest_arrivals_slowly():
     clock = ClockOffset()
     drift = 50e-6  # the machines' clocks
     found = [clock.update(stamp, arrival + int(drift * 10_000_000 * k))
@@ -88,7 +88,7 @@ def test_the_clock_offset_is_that_of_the_fastest_arrivals_and_moves_slowly():
 
 
 @pytest.mark.parametrize('change', [-3.0, 3.0])
-def test_the_clock_offset_begins_anew_where_a_clock_was_set(change):
+def test_clock_offset_restarts_when_a_clock_is_set(change):
     clock = ClockOffset()
     for shift in (0.0, change):
         for stamp, arrival in zip(*arrivals(400, 1.0 + shift)):
@@ -97,7 +97,7 @@ def test_the_clock_offset_begins_anew_where_a_clock_was_set(change):
     assert clock.offset_ns * 1e-9 == pytest.approx(1.001 + change, abs=5e-3)
 
 
-def test_messages_held_back_for_seconds_do_not_move_the_offset():
+def test_delayed_messages_do_not_move_the_clock_offset():
     clock = ClockOffset()
     stamps, times = arrivals(1500, 1.0)
     held = [max(arrival, times[1000]) if 500 <= k < 1000 else arrival
