@@ -23,8 +23,7 @@ def test_a_payload_is_explained_and_published(robot, start, start_predictor, sta
     print(inertia.m, inertia.com)
     assert payloads[-1].header.frame_id == 'right_hand'
     assert inertia.m == pytest.approx(LOAD, abs=0.2)
-    explanation = robot.report()['residual'][2]['explanation']
-    print(explanation)
-    assert explanation.startswith('residual is what ')
+    robot.until(lambda: any(report['residual'][2]['explanation'].startswith('residual is what ')
+                            for report in robot.statuses()))
     assert deviations and set(stamps(deviations)) <= set(stamps(robot.residual))
     assert all(list(each.effort) == deviation for each in deviations)
