@@ -22,6 +22,7 @@ FIGURES = {
     'watch.svg': ('drawing.commands', 'watch'),
     'panel.png': ('drawing.commands', 'panel'),
     'residual.png': ('drawing.residual', 'causes'),
+    'residual_band.svg': ('drawing.residual', 'band'),
     'arm_as_printed.svg': ('drawing.model', 'arm_as_printed'),
     'torque_as_printed.svg': ('drawing.model', 'torque_as_printed'),
     'joints.png': ('drawing.joints', 'draw'),

@@ -1,14 +1,15 @@
-"""Figure of residuals and their causes: eight runs of the fake Baxter."""
+"""Figures of residuals of the fake Baxter: causes, and the expected range."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from baxter_dynamics_ros.estimation.explanation import UNCALIBRATED
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.parameters import Payload
-from baxter_dynamics_ros.report.drawing import FAINT, zero_line
+from baxter_dynamics_ros.report.drawing import draw_expected, FAINT, zero_line
 from baxter_dynamics_ros.simulation.plant import COULOMB
 from baxter_dynamics_ros.simulation.recorder import record
 from baxter_dynamics_ros.simulation.robot import FakeBaxter
@@ -16,9 +17,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 
-from .sheet import drawn, panels, WRONG
+from .sheet import drawn, legend, MODEL, panels, WRONG
+from .table_five import calibrated
 
 START, DURATION = 6.0, 8.0  # start-up, which is not shown, and duration [s]
+_ROOM = 2.6  # half height of the panels with the expected range [N m]
 FRICTION = {'effort_model.coulomb': COULOMB}  # known after a calibration
 
 
@@ -49,6 +52,30 @@ CASES = (
     Case('align is false: the same, larger', 's0', 'switch',
          settings={**FRICTION, 'align': False}, beside='qdd'),
 )
+
+
+@drawn
+def band() -> Figure:
+    """Draw a residual during a push, with the range expected before and after a calibration."""
+    joint = JOINTS.index('e1')
+    figure, ((before,), (after,)) = panels(2, 1, 4.4, sharex=True, sharey=True)
+    uncalibrated = PredictorSettings().replace({'effort_model.deviation': tuple(UNCALIBRATED)})
+    for axis, settings, title in (
+            (before, uncalibrated, 'not calibrated: the push may be an error of the model'),
+            (after, calibrated(), 'calibrated: the push is beyond the expected range')):
+        case = Case(title, 'e1', 'lift', settings=settings.parameters(), force=(0.0, 0.0, -8.0))
+        time, residual, qd, qdd = (values[::2] for values in _run(case))
+        deviation = settings.model.effort_model.deviation_at(qd, qdd)
+        axis.plot(time, residual[:, joint], color=MODEL, lw=1.2, label='residual of e1')
+        draw_expected(axis, time, deviation[:, joint], len(time))
+        zero_line(axis)
+        axis.axvspan(2.0, 4.0, ymax=0.04, color=WRONG, label='push of 8 N')
+        axis.set(ylabel='e1 [N m]', xlim=(0.0, DURATION))
+        axis.set_title(title, loc='left')
+    after.set_xlabel('time [s]')
+    before.set_ylim(-_ROOM, _ROOM)
+    legend(figure)
+    return figure
 
 
 @drawn

@@ -104,8 +104,9 @@ def evaluation_folder(evaluate, too_short, tmp_path_factory):
     (folder / 'report.html').write_text('old')
     first = evaluate(HOSTILE, warnings=['stamps <look> like times of arrival'])
     total = Statistics('right', first.methods, first.estimators, first.shares, None)
-    assessment = Assessment(Verdict('uncalibrated', 'Larger than <calibrated>.'), (
-        Advice('calibrate', 'Calibrate:', 'baxter_dynamics calibrate "a&b"'),))
+    advice = Advice('calibrate', 'Calibrate:',
+                    'baxter_dynamics calibrate "a&b" ' + 9 * 'a_long_path/')
+    assessment = Assessment(Verdict('uncalibrated', 'Larger than <calibrated>.'), (advice,))
     write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], total,
                      assessment, 'evaluate "a&b" <c>', 'my.yaml')
     return folder
