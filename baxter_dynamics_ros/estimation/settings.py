@@ -19,7 +19,8 @@ from .stamp_evidence import MODES
 from ..model import paper_tables
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
-from ..model.effort import (COULOMB_VELOCITY, CROSSTALK, DAHL_LENGTH, EffortModel,
+from ..model.effort import (COULOMB_VELOCITY, CROSSTALK, DAHL_LENGTH, DEVIATION,
+                            DEVIATION_ACCELERATION, DEVIATION_VELOCITY, EffortModel,
                             SPRING_COEFFICIENTS, SPRING_RANGE)
 from ..model.exceptions import ArgumentError
 from ..model.joints import BASE_FRAME, mount, N_JOINTS, SIDES
@@ -72,13 +73,15 @@ class EffortModelSettings(Group, prefix='effort_model.'):
         'effort of another: 7 x 7, row by row, row i for the measured effort of joint i; the '
         'diagonal is zero.', '', -0.5, 0.5)
     deviation: Floats = setting(
-        _ZEROS, 'Expected standard deviation of the residual per joint at rest.', 'N m',
+        DEVIATION, 'Expected standard deviation of the residual per joint at rest.', 'N m',
         0.0, 100.0)
     deviation_velocity: Floats = setting(
-        _ZEROS, 'Expected standard deviation of the residual per joint and velocity.',
+        DEVIATION_VELOCITY,
+        'Expected standard deviation of the residual per joint and velocity.',
         'N m s/rad', 0.0, 100.0)
     deviation_acceleration: Floats = setting(
-        _ZEROS, 'Expected standard deviation of the residual per joint and acceleration.',
+        DEVIATION_ACCELERATION,
+        'Expected standard deviation of the residual per joint and acceleration.',
         'N m s^2/rad', 0.0, 100.0)
 
 

@@ -11,9 +11,11 @@ from baxter_dynamics_ros.recordings.advice import assess  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
 from baxter_dynamics_ros.recordings.recording import JointState  # noqa: E402
 
-FRICTION = {'effort_model.coulomb': [0.8, 0.9, 0.5, 0.4, 0.1, 0.1, 0.1],
-            'effort_model.dahl': [0.8, 0.9, 0.5, 0.4, 0.1, 0.1, 0.1]}
-EXPECTED = {'effort_model.deviation': [0.5, 0.6, 0.3, 0.3, 0.1, 0.1, 0.1]}
+FRICTION = {'effort_model.coulomb': [0.5, 0.6, 0.4, 0.3, 0.1, 0.1, 0.1],
+            'effort_model.dahl': [0.5, 0.6, 0.4, 0.3, 0.1, 0.1, 0.1]}
+EXPECTED = {'effort_model.deviation': [0.3, 0.4, 0.2, 0.2, 0.1, 0.1, 0.1],
+            'effort_model.deviation_velocity': [0.0] * 7,
+            'effort_model.deviation_acceleration': [0.0] * 7}
 
 
 class Recording:
