@@ -72,7 +72,8 @@ def test_an_arm_at_rest_agrees():
 
 @pytest.mark.parametrize('name', ['left_arm_tracking', 'point_to_point'])
 def test_real_velocity_agrees(recordings, name):
-    data = np.load(recordings / f'baxter_{name}.npz')
+    data = {key: value[:15000] if value.ndim else value
+            for key, value in np.load(recordings / f'baxter_{name}.npz').items()}
     check, last = VelocityCheck(), None
     for q, qd, recording in zip(data['position'], data['velocity'], data['recording']):
         if recording != last:
