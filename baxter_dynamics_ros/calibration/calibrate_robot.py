@@ -81,9 +81,7 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     progress('fitting')
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
-    # Contact and outliers are found by a preliminary fit, without the many elements of crosstalk.
-    choice = choose(pose(settings, [term for term in terms if not term.separate] or terms,
-                         motions), wanted)
+    choice = choose(pose(settings, terms, motions), wanted)  # finds contact and outliers
     contacts = [contact for motion in motions for contact in find_contacts(
         motion.time, residual(motion, choice.settings), motion.q, motion.name)]
     free = _without(contacts, motions, notices)
