@@ -144,6 +144,11 @@ class Predictor:
         """Return the newest diagnostics; nothing if they are stale."""
         return self._statuses if now - self._reported <= _DIAGNOSTICS_STALE_AFTER else []
 
+    def explanation(self, now: float) -> str:
+        """Return the sentence of the diagnostics that explains the residual; may be empty."""
+        return next(filter(None, (status.values.get('explanation')
+                                  for status in self.diagnostics(now))), '')
+
     def in_contact(self, now: float) -> bool | None:
         """Return whether the arm is in contact; None if unknown."""
         newest = self.contact.newest(now)

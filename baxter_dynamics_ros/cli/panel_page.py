@@ -107,11 +107,9 @@ def summary(problem: str | None, shown: list[Predictor], now: float) -> str:
         return _paragraph(escape(problem or ''), _LEVELS[1])
     predictor = shown[0]
     delay = predictor.delay(now)
-    explanation = next((status.values['explanation'] for status in predictor.diagnostics(now)
-                        if 'explanation' in status.values), '')
     sentences = [
         f'<b>{predictor.side.capitalize()} arm</b>', _contact(predictor, now),
-        _residual(predictor, now), escape(_sentence(explanation)),
+        _residual(predictor, now), escape(_sentence(predictor.explanation(now))),
         f'{predictor.joint_states.rate(now):.0f} joint states and '
         f'{predictor.residual.rate(now):.0f} residuals a second'
         + ('' if delay is None else f', {1e3 * delay:.0f} ms behind the robot')]

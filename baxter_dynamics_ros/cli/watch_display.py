@@ -27,7 +27,7 @@ _ENOUGH = 2.0  # [s] of predictions until rates and diagnostics are known
 _LINE_PERIOD = 1.0  # [s]
 _HELP = """\
 residual  measured minus predicted effort
-expected  95 % of the residuals of free motion lie within it; red: beyond it
+range     95 % of the residuals of free motion lie within it; red: beyond it
 external  torque of the surroundings on the joint, estimated without acceleration
 bold      joint in contact
 q quits, ? hides this help"""

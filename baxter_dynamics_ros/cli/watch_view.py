@@ -14,7 +14,7 @@ from ..model.joints import JOINTS
 BAR = 10  # characters on either side of zero
 _LEVELS = (('OK', 'green'), ('WARN', 'yellow'), ('ERROR', 'bold red'), ('STALE', 'magenta'))
 _COLUMNS = ('joint', 'measured\n[N m]', 'predicted\n[N m]', 'residual\n[N m]',
-            f'{"-expected":<{BAR}}0{"+expected":>{BAR}}', 'expected\n[N m]', 'external\n[N m]')
+            f'{"-range":<{BAR}}0{"+range":>{BAR}}', 'range\n[N m]', 'external\n[N m]')
 
 
 def view(predictor: Predictor, now: float) -> Group:
@@ -23,6 +23,7 @@ def view(predictor: Predictor, now: float) -> Group:
     title = Text(printable(f'{predictor.name}  {predictor.side or "unknown"} arm  '), 'bold')
     return Group(title.append(f' {contact_text(predictor, now)} ', style),
                  Text(rates_text(predictor, now)), _joint_table(predictor, now),
+                 Text(printable(predictor.explanation(now)), 'bold'),
                  _diagnostics_table(predictor, now))
 
 

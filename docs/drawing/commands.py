@@ -37,7 +37,7 @@ def report(path: Path) -> None:
 
 def watch(path: Path) -> None:
     """Run a fake Baxter and the predictor, push the arm, and save the view of watch."""
-    with _robot() as push, subprocess.Popen(
+    with _robot(*_CALIBRATED) as push, subprocess.Popen(
             [*_COMMAND, 'watch', '--duration', str(_FREE + _PUSHED), '--save', path],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None

@@ -83,6 +83,7 @@ def test_shows_efforts_by_joint_name_with_rates_delay_and_diagnostics(predictor,
     assert '/torque_predictor  right arm   no contact' in text and 'filter  OK  running' in text
     assert 'predictions 100.0 Hz, residuals 100.0 Hz, joint states 100.0 Hz, delay 59 ms' in text
     assert max(map(len, text.splitlines())) <= 80 and 'not ours' not in text
+    assert all(word in text for word in ('predicted', 'range', 'external'))
 
 
 def test_marks_residuals_beyond_the_expected_deviation(predictor):
@@ -121,7 +122,9 @@ def test_contact_is_shown_with_its_joints_and_duration(predictor):
     now = play(predictor, 5.0, 1.0)
     predictor.receive_diagnostics(diagnostics(joints_in_contact='w0'), now)
     now = play(predictor, now + 0.01, 2.31, contact=True) - 0.001
-    predictor.receive_diagnostics(diagnostics(joints_in_contact='s1, e0'), now)
+    predictor.receive_diagnostics(diagnostics(joints_in_contact='s1, e0',
+                                              explanation='what 1 kg would cause'), now)
+    assert 'what 1 kg would cause' in shown(predictor, now)
     assert 'CONTACT for 2.3 s: s1, e0' in shown(predictor, now)
     assert 'CONTACT for 2.3 s: s1, e0; residual [N m] s0 +0.11' in line(predictor, now)
 

@@ -69,6 +69,7 @@ def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(scene):
     assert [mesh.color for mesh, _ in meshes] == plain
 
 
+@pytest.mark.timeout(300)  # software rendering takes most of a core
 def test_page_shows_a_push_and_its_buttons_act(domain, start):
     playwright = pytest.importorskip('playwright.sync_api', reason='needs Playwright')
     browser = shutil.which('chromium') or shutil.which('google-chrome')
