@@ -104,7 +104,7 @@ def test_page_shows_a_push_and_its_buttons_act(domain, start):
                 assert time.monotonic() < limit, 'the charts stand still'
             window.close()
         panel.send_signal(signal.SIGINT)
-        assert panel.wait(20.0) == 130
+        assert panel.wait(60.0) == 130
     finally:
         panel.kill()
         panel.communicate()
