@@ -13,6 +13,7 @@ for module in ('mujoco', 'rosbags', 'pinocchio', 'matplotlib', 'jinja2', 'rich')
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[demo]"')
 
 from baxter_dynamics_ros.cli import experiment  # noqa: E402, I100
+from baxter_dynamics_ros.estimation.settings import PredictorSettings  # noqa: E402
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM  # noqa: E402
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
 from baxter_dynamics_ros.simulation.plant import COULOMB  # noqa: E402
@@ -22,6 +23,7 @@ from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
 
 FLOOR = 0.03  # [N m]; some of the paper's figures are below the noise of the sensors
 SUM = 0.1  # [N m]
+SETTINGS = PredictorSettings.from_parameters({'effort_model.coulomb': COULOMB})
 
 
 class Recording:
@@ -43,7 +45,7 @@ class Recording:
 @pytest.mark.parametrize('number, trajectory', list(enumerate(['circle', 'switch', 'lift'])))
 def test_signed_means_are_no_greater_than_the_papers(number, trajectory):
     recording = Recording(trajectory)
-    found = Evaluator({'effort_model.coulomb': COULOMB}).evaluate(recording)
+    found = Evaluator(SETTINGS).evaluate(recording)
     paper = np.array(TABLE_V['lagrange_euler'][number])
     errors = found.methods['lagrange_euler']
     with np.printoptions(precision=4, suppress=True, floatmode='fixed'):
