@@ -13,7 +13,9 @@ CENTER = [0.0, 0.02, 0.1]  # [m]
 
 def test_a_payload_is_explained_and_published(robot, start, start_predictor, stamps):
     deviation = (0.5 * np.ones(7)).tolist()  # [N m]
-    start_predictor('-p', f'effort_model.deviation:={deviation}')
+    start_predictor('-p', f'effort_model.deviation:={deviation}', *(
+        text for of in ('velocity', 'acceleration')
+        for text in ('-p', f'effort_model.deviation_{of}:={[0.0] * 7}')))
     deviations = robot.listen(JointState, '/torque_predictor/residual_deviation')
     payloads = robot.listen(InertiaStamped, '/torque_predictor/payload_estimate')
     start('fake_baxter', '-p', f'payload.mass:={LOAD}', '-p', f'payload.center_of_mass:={CENTER}')
