@@ -1,5 +1,6 @@
 """External joint torque, contact, and the wrench at the hand."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from .contact import ContactDetector
 from .continuity import GAP
 from .motion_estimator import MotionEstimate
 from .observer import MomentumObserver
-from .settings import PredictorSettings
+from .settings import ContactSettings, PredictorSettings
 from .wrench import hand_wrench, HandWrench
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
@@ -17,6 +18,8 @@ from ..model.presliding import Presliding
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]
+_RANGE = 3.5  # largest model error, in expected standard deviations of the residual
+_VELOCITY = np.ones(N_JOINTS)  # at which it is expected [rad/s]
 _NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
 
@@ -48,7 +51,8 @@ class ExternalEffort:
 
     def __init__(self, settings: PredictorSettings) -> None:
         self._observer = MomentumObserver(settings.external_effort.gain)
-        self.detector = ContactDetector(settings.contact, self._observer.settling_time)
+        self.detector = ContactDetector(contact_settings(settings),
+                                        self._observer.settling_time)
         self._model = settings.model
         self._presliding = Presliding(self._model.effort_model.dahl_length)
         self._rate = 0.0  # sample rate [Hz]; zero while unknown
@@ -74,7 +78,7 @@ class ExternalEffort:
     def configure(self, settings: PredictorSettings) -> None:
         """Change observer and detector in mid-stream."""
         self._observer.gain = settings.external_effort.gain
-        self.detector.configure(settings.contact, self._observer.settling_time)
+        self.detector.configure(contact_settings(settings), self._observer.settling_time)
 
     def change_model(self, model: ArmModel) -> None:
         """Change the model in mid-stream; the external torque and its bias step accordingly."""
@@ -142,3 +146,17 @@ class ExternalEffort:
         presliding = self._presliding.z if effort.has_dahl else None
         momentum, coriolis, gravity = model.momentum_terms(q, qd)
         return momentum, effort.torque(measured, q, qd, presliding) + coriolis - gravity
+
+
+def contact_settings(settings: PredictorSettings) -> ContactSettings:
+    """
+    Return the settings of contact with the model errors that the robot is expected to have.
+
+    ``contact.limit`` holds for an uncalibrated robot. The expected deviation of a calibrated one
+    is smaller, so a weaker contact is reported for as long as it lasts.
+    """
+    expected = _RANGE * settings.model.effort_model.deviation_at(_VELOCITY, np.zeros(N_JOINTS))
+    limit = np.where(expected > 0.0, np.minimum(settings.contact.limit, expected),
+                     settings.contact.limit)
+    return replace(settings.contact, limit=tuple(
+        np.maximum(limit, settings.contact.floor).tolist()))

@@ -1,6 +1,7 @@
-"""What pushes the arm: its sign beside the residual's, and what changes in mid-stream."""
+"""External torque: its sign beside the residual's, and what changes in mid-stream."""
 
 from baxter_dynamics_ros.estimation.events import Event
+from baxter_dynamics_ros.estimation.external import contact_settings
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
@@ -233,3 +234,15 @@ def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():
     stamp, *arrays = messages[200]
     step = predictor.handle(stamp, RIGHT, *arrays)
     np.testing.assert_array_equal(step.estimate.presliding, 0.0)  # nothing is known of before
+
+
+def test_expected_deviation_bounds_the_model_errors_of_contact():
+    default = PredictorSettings()
+    assert contact_settings(default).limit == default.contact.limit  # an uncalibrated robot
+    calibrated = default.replace({'effort_model.deviation': (0.3, 0.4, 0.4, 0.3, 0.1, 0.1, 0.1),
+                                  'effort_model.deviation_velocity': (0.0,) * 7,
+                                  'effort_model.deviation_acceleration': (0.0,) * 7})
+    np.testing.assert_allclose(contact_settings(calibrated).limit,
+                               [2.5, 1.4, 1.4, 1.05, 0.35, 0.4, 0.35])  # floor, or 3.5 deviations
+    simulated = default.replace({'effort_model.enabled': False})  # nothing is known
+    assert contact_settings(simulated).limit == default.contact.limit
