@@ -185,8 +185,6 @@ class CalibrateAction:
             result.rms_before, result.rms_after = found.rms_before, found.rms_after
         if not found.better:
             raise RefusedError(found.message)
-        if self._node.values != self._settings.parameters():
-            raise RefusedError('parameters were changed during the calibration')
         parameters = [Parameter(name, value=value) for name, value in found.values.items()]
         answer = self._node.set_parameters_atomically(parameters)
         if not answer.successful:
@@ -207,6 +205,8 @@ class CalibrateAction:
         await pause(self._node, self._group, _CHECK_PERIOD)
         if handle.is_cancel_requested:
             raise _CancelledError
+        if self._node.values != self._settings.parameters():
+            raise RefusedError('parameters were changed during the calibration')
 
     def _end_process(self) -> None:
         process, self._process = self._process, None

@@ -1,5 +1,6 @@
 """Action calibrate, live over DDS: recordings of a real arm are played to the node."""
 
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -69,6 +70,12 @@ def parameters(robot):
     answer = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
         names=list(DEFAULTS)))
     return [parameter_value_to_python(value) for value in answer.values]
+
+
+def set_parameter(robot, name, value):
+    """Set a parameter of the running node."""
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    assert robot.call(SetParameters, 'set_parameters', request).results[0].successful
 
 
 def live_residual(robot, rows, start):
@@ -158,6 +165,21 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     assert status == GoalStatus.STATUS_ABORTED and not result.success
     assert parameters(robot) == before
 
+    robot.stream(rows[:50], start=BEGIN + 60 * 10 ** 9, side='left')
+    goal = calibrate(duration=20.0)
+    set_parameter(robot, 'payload.mass', 0.3)
+    robot.stream(rows[50:100], start=BEGIN + 60_500_000_000, side='left')
+    assert 'parameters were changed during the calibration' in goal.result()[1].message
+    set_parameter(robot, 'effort_model.enabled', False)
+    assert 'effort_model.enabled is false' in calibrate(duration=20.0).result()[1].message
+
+
+def test_a_missing_library_is_named(start_predictor, calibrate, tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text("import sys; sys.modules['scipy'] = None")
+    start_predictor(*LEFT, PYTHONPATH=os.pathsep.join(
+        [str(tmp_path), *filter(None, [os.environ.get('PYTHONPATH')])]))
+    assert 'pip install scipy' in calibrate(duration=20.0).result()[1].message
+
 
 def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
     start_predictor(*LEFT)
@@ -173,5 +195,4 @@ def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
     assert parameters(robot) == [
         list(value) if isinstance(value, tuple) else value
         for value in PredictorSettings.from_parameters({'arm': 'left'}).parameters().values()]
-    assert robot.call(SetParameters, 'set_parameters', SetParameters.Request(parameters=[
-        Parameter('payload.mass', value=0.5).to_parameter_msg()])).results[0].successful
+    set_parameter(robot, 'payload.mass', 0.5)
