@@ -107,6 +107,6 @@ class ZeroService:
             raise RefusedError(result.reason)
         found = ', '.join(f'{joint} {x:+.2f}' for joint, x in zip(JOINTS, change))
         spread = ', '.join(f'{x:.2f}' for x in residuals.std(axis=0))
-        return (f'{BIAS} changed by {found} N m; standard deviation of the residual {spread} N m'
+        return (f'added to {BIAS}: {found} N m; standard deviation of the residual {spread} N m'
                 + bool(self._contact) * '; contact was reported throughout, which is right only '
                 'if nothing touches the arm')
