@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from .term import Sample, SharedTerm
 from ..estimation.settings import LinkSettings, PayloadSettings, PredictorSettings
@@ -97,7 +96,11 @@ class Links(SharedTerm):
         return np.concatenate([mass, mass * center], axis=1).ravel()
 
     def jacobian(self, settings: PredictorSettings) -> Array:
-        return block_diag(*self._units[:, :, [3, 0, 1, 2], 3].swapaxes(1, 2))
+        blocks = self._units[:, :, [3, 0, 1, 2], 3].swapaxes(1, 2)
+        links, rows, columns = blocks.shape
+        result = np.zeros((links, rows, links, columns))
+        result[range(links), :, range(links)] = blocks
+        return result.reshape(links * rows, links * columns)
 
 
 class Tool(SharedTerm):

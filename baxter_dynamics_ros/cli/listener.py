@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 import os
+import signal
+import threading
 import time
 from typing import Any
 
@@ -24,11 +26,15 @@ class Listener:
     """
     A node that subscribes to topics; a context manager that shuts ROS down.
 
+    Inside it, SIGINT and SIGTERM take effect when it waits for messages: within a call of rclpy
+    their exception would be lost or turn into another one. A second signal takes effect at once.
     Raises BaxterDynamicsError if ROS does not start or the name of a topic is invalid.
     """
 
     def __init__(self, name: str, namespace: str = '') -> None:
         self._subscriptions: list[Subscription] = []
+        self._handlers: dict[int, Callable[[int, Any], Any]] = {}
+        self._signal: int | None = None  # received, but not handled yet
         try:
             # Without the signal handlers of rclpy, Ctrl-C raises KeyboardInterrupt.
             rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -39,11 +45,28 @@ class Listener:
 
     def __enter__(self) -> 'Listener':
         """Return this listener."""
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                handler = signal.getsignal(number)
+                if callable(handler):
+                    self._handlers[number] = handler
+                    signal.signal(number, self._defer)
         return self
 
     def __exit__(self, *exception: object) -> None:
         """Shut ROS down."""
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
         rclpy.try_shutdown()
+
+    def _defer(self, number: int, frame: Any) -> None:
+        if self._signal is not None:
+            self._handlers[number](number, frame)
+        self._signal = number
+
+    def _handle_signal(self) -> None:
+        if self._signal is not None:
+            self._handlers[self._signal](self._signal, None)
 
     def subscribe(self, kind: type, topic: str, receive: Callable[[Any], object]) -> None:
         """Call a function with each message of a topic."""
@@ -62,11 +85,13 @@ class Listener:
     def wait(self, condition: Callable[[], object], seconds: float) -> bool:
         """Receive messages for a time [s], or until a condition holds; return whether it does."""
         limit = time.monotonic() + seconds
+        self._handle_signal()
         while not (holds := bool(condition())) and (left := limit - time.monotonic()) > 0.0:
             time.sleep(min(left, _BATCH_PERIOD))
             for subscription in self._subscriptions:
                 for message, _ in take_waiting(subscription, _MAX_BATCH):
                     subscription.callback(message)
+            self._handle_signal()
         return holds
 
     def call(self, kind: type[Any], name: str) -> Any:

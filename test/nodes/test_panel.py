@@ -84,11 +84,13 @@ def test_page_shows_a_push_and_its_buttons_act(domain, start):
         assert url.startswith('http://localhost:')
         with playwright.sync_playwright() as driver:
             window = driver.chromium.launch(executable_path=browser)
-            for _ in range(2):  # two viewers at once; the second acts
-                page = window.new_page(viewport={'width': 800, 'height': 600})
+            pages = [window.new_page(viewport={'width': 800, 'height': 600},
+                                     device_scale_factor=0.25) for _ in range(2)]
+            for page in pages:  # two viewers at once
                 page.set_default_timeout(40_000)
                 page.goto(url)
                 page.get_by_text('N at the hand').wait_for()
+            pages[0].close()
 
             def press(button, answer):
                 # A click waits for the page to be still, which software rendering makes rare.
