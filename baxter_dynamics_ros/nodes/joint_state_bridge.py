@@ -27,6 +27,8 @@ CLOCKS = ('local', 'robot', 'receipt')
 class JointStateBridge(ParameterNode):
     """Republishes the joint states of a ROS 1 robot in ROS 2; never publishes to the robot."""
 
+    _is_subscribed = False
+
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
         values = self.declare_settings((
@@ -54,11 +56,13 @@ class JointStateBridge(ParameterNode):
             'master': self._master_status(),
             **{topic: self._topic_status(topic, period) for topic in self._topics}})
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
+        self._is_subscribed = True
         self._subscriber.start()
 
     def destroy_node(self) -> None:
         """Unregister from the master, then destroy the node."""
-        self._subscriber.stop()
+        if self._is_subscribed:  # otherwise a parameter was invalid
+            self._subscriber.stop()
         super().destroy_node()
 
     def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,

@@ -96,13 +96,13 @@ def make():
     return node
 """, 0, ''),
     'the middleware locks up at the end': ("""
-class Locked(Node):
-    def destroy_node(self):
-        time.sleep(60.0)
+def destroy_node():
+    time.sleep(60.0)
 
 def make():
-    node = Locked('locked')
+    node = Node('locked')
     rclpy.shutdown()
+    node.destroy_node = destroy_node
     return node
 
 process._SHUTDOWN_LIMIT = 1.0
