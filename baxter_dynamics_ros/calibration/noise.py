@@ -4,10 +4,11 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ..model.arrays import Array
+from ..model.effort import BAND
 from ..model.joints import N_JOINTS
 
 _TAIL = 4.0  # degrees of freedom of the residuals' t distribution
-_COVERED, _SIGMAS = 0.95, 1.96  # share of residuals within so many deviations
+_COVERED = 0.95  # share of residuals within BAND deviations
 
 # Lower bound of the correlation time [s]: model errors recur with the motion.
 SHORTEST = 1.0
@@ -61,6 +62,6 @@ def expected_deviation(residual: Array, qd: Array, qdd: Array) -> tuple[Array, .
         for _ in range(5):  # the deviation of a square is proportional to the variance
             square, _ = nnls(x / variance[:, None], y / variance)
             variance = x @ square + 1e-9
-        scale = np.quantile(np.sqrt(y / variance), _COVERED) / _SIGMAS
+        scale = np.quantile(np.sqrt(y / variance), _COVERED) / BAND
         result[joint] = scale * np.sqrt(square)
     return tuple(result.T)

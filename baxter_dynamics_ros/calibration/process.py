@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..estimation.settings import PredictorSettings
+from ..files import write_file
 from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import N_JOINTS
@@ -116,9 +117,7 @@ def main(path: str, output: str) -> None:
     """Calibrate at low priority, and write the result."""
     os.nice(_NICE)
     result = run(Path(path))
-    temporary = Path(f'{output}.part')
-    temporary.write_text(json.dumps(result._asdict()))
-    temporary.replace(output)
+    write_file(output, json.dumps(result._asdict()))
 
 
 if __name__ == '__main__':

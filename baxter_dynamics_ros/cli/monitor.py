@@ -19,7 +19,6 @@ from ..model.joints import JOINTS, N_JOINTS, SIDES
 from ..nodes import topics
 from ..nodes.messages import stamp_ns
 
-BAND = 1.96  # deviations that hold 95 % of the residuals of free motion
 STALE_AFTER = 1.0  # [s] without a message
 _DIAGNOSTICS_STALE_AFTER = 3.0  # [s]; they are published once a second
 _RATE_WINDOW = 2.0  # [s]

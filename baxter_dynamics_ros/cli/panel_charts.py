@@ -8,8 +8,9 @@ import numpy as np
 import viser
 from viser import uplot
 
-from .monitor import BAND, Instant
+from .monitor import Instant
 from ..model.arrays import Array
+from ..model.effort import BAND
 from ..model.joints import JOINTS
 
 WINDOW = 30.0  # [s]

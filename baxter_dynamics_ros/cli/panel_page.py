@@ -11,11 +11,12 @@ import numpy as np
 import viser
 
 from .listener import Listener
-from .monitor import BAND, Monitor, Predictor
+from .monitor import Monitor, Predictor
 from .panel_calls import Calls
 from .panel_charts import Charts
 from .panel_scene import Scene
 from .terminal import say
+from ..model.effort import BAND
 from ..model.joints import joint_names, JOINTS
 
 _PERIOD = 0.067  # of the 3D view [s]

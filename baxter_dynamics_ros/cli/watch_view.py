@@ -7,8 +7,9 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from .monitor import BAND, Predictor
+from .monitor import Predictor
 from .terminal import printable
+from ..model.effort import BAND
 from ..model.joints import JOINTS
 
 BAR = 10  # characters on either side of zero

@@ -34,6 +34,9 @@ DEVIATION = (0.6, 17.0, 1.4, 1.7, 0.2, 0.5, 0.25)  # at rest [N m]
 DEVIATION_VELOCITY = (1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0)  # [N m s/rad]
 DEVIATION_ACCELERATION = (0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # [N m s^2/rad]
 
+# Expected standard deviations within which 95 % of the residuals of free motion lie.
+BAND = 1.96
+
 # Velocity scale of the smoothed sign in Coulomb friction [rad/s].
 COULOMB_VELOCITY = 0.05
 

@@ -77,7 +77,7 @@ class CalibrateAction:
         self._rows: list[_Row] = []
         self._elapsed: float = 0.0  # [s] on the clock of the stamps
         self._newest_ns: int = 0
-        self._settings = PredictorSettings.from_parameters(self._node.values)
+        self._values = self._node.values  # replaced by each change
 
     def add(self, message: JointState, received_ns: int, step: Step) -> None:
         """Record a joint state while a goal is active."""
@@ -166,7 +166,8 @@ class CalibrateAction:
             _, stamps, received, *arrays = zip(*rows)
             write_input(given, self._names, list(stamps), list(received),
                         (np.array(arrays[0]), np.array(arrays[1]), np.array(arrays[2])),
-                        self._settings, goal.inertial, goal.payload)
+                        PredictorSettings.from_parameters(self._values), goal.inertial,
+                        goal.payload)
             with open(log, 'w') as output:
                 self._process = subprocess.Popen(
                     [*COMMAND, str(given), str(found)], stdin=subprocess.DEVNULL, stdout=output,
@@ -205,7 +206,7 @@ class CalibrateAction:
         await pause(self._node, self._group, _CHECK_PERIOD)
         if handle.is_cancel_requested:
             raise _CancelledError
-        if self._node.values != self._settings.parameters():
+        if self._node.values != self._values:
             raise RefusedError('parameters were changed during the calibration')
 
     def _end_process(self) -> None:

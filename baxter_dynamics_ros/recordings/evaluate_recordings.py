@@ -82,9 +82,9 @@ class _Run:
         time = self._clock.elapsed(estimate.stamp_ns, block.dt)
         measured = pairs['lagrange_euler'][0]
         efforts = [pairs[name][1] for name in METHODS]
-        deviation = self._settings.model.effort_model.deviation_at(estimate.qd, estimate.qdd)
         self._bands.add(time, np.stack([
-            measured, *efforts, *(measured - effort for effort in efforts), deviation], axis=1))
+            measured, *efforts, *(measured - effort for effort in efforts),
+            prediction.deviation], axis=1))
         there = np.isfinite(measured[:, 0])
         state = np.stack([estimate.q, estimate.qd, estimate.qdd, measured], axis=1)
         self._checker.add(time[there], state[there], block.q[there], block.measured_qd[there])

@@ -12,7 +12,6 @@ from ..model.arrays import Array
 METHODS = ('lagrange_euler', 'newton_euler')
 # Of the acceleration: the paper's, the node's with align false, the node's.
 ESTIMATORS = ('first_difference', 'butterworth_live', 'butterworth_aligned')
-BAND = 1.96  # expected deviations within which 95 % of the residuals lie
 TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')  # of the effort
 
 

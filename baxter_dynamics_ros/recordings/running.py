@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from .evaluation_results import (BAND, Errors, ErrorStatistics, ESTIMATORS, Expected, METHODS,
+from .evaluation_results import (Errors, ErrorStatistics, ESTIMATORS, Expected, METHODS,
                                  Statistics, TERMS)
 from ..model.arrays import Array
+from ..model.effort import BAND
 from ..model.joints import N_JOINTS
 
 

@@ -14,7 +14,8 @@ from matplotlib.transforms import blended_transform_factory
 import numpy as np
 
 from ..model.arrays import Array
-from ..recordings.evaluation_results import BAND, Band
+from ..model.effort import BAND
+from ..recordings.evaluation_results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
 _ROOM = 1.5  # height of a panel with the expected range, relative to that of the residuals

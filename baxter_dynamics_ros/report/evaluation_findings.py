@@ -4,8 +4,9 @@ import numpy as np
 
 from .findings import listed
 from .number_text import torque
+from ..model.effort import BAND
 from ..model.joints import JOINTS
-from ..recordings.evaluation_results import BAND, Statistics
+from ..recordings.evaluation_results import Statistics
 
 
 def _offset(of: Statistics) -> 'str | None':
