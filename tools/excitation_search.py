@@ -3,11 +3,10 @@
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.arrays import Array
 from baxter_dynamics_ros.model.base_parameters import fixed_to_link
-from baxter_dynamics_ros.model.effort import COULOMB_VELOCITY, DAHL_LENGTH
+from baxter_dynamics_ros.model.effort import COULOMB_VELOCITY, DAHL_LENGTH, Presliding
 from baxter_dynamics_ros.model.joints import (JOINTS, mount, N_JOINTS, POSITION_LOWER,
                                               POSITION_UPPER, S1, VELOCITY_LIMIT)
 from baxter_dynamics_ros.model.lagrange_euler import transform
-from baxter_dynamics_ros.model.presliding import Presliding
 from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION, motion, Series
 import numpy as np
 

@@ -8,8 +8,8 @@ import numpy as np
 from ..estimation.predictor import Estimate, Predictor
 from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
+from ..model.effort import Presliding
 from ..model.joints import N_JOINTS
-from ..model.presliding import Presliding
 from ..recordings.playback import play
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments

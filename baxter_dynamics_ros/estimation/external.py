@@ -13,8 +13,8 @@ from .observer import MomentumObserver
 from .settings import ContactSettings, PredictorSettings
 from .wrench import hand_wrench, HandWrench
 from ..model.arrays import Array, Bools
+from ..model.effort import Presliding
 from ..model.joints import N_JOINTS
-from ..model.presliding import Presliding
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]

@@ -12,7 +12,7 @@ from .motion_estimator import AcceleratedMotion, MotionEstimator
 from .settings import PredictorSettings
 from .stream import State, Stream
 from ..model.arrays import Array
-from ..model.presliding import Presliding
+from ..model.effort import Presliding
 
 
 class Estimate(NamedTuple):

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, ClassVar
 
+from ..model.arrays import finite, number
 from ..model.exceptions import ArgumentError
-from ..model.validation import finite, number
 
 Floats = tuple[float, ...]
 

@@ -23,9 +23,8 @@ from ..model.effort import (COULOMB_VELOCITY, CROSSTALK, DAHL_LENGTH, DEVIATION,
                             DEVIATION_ACCELERATION, DEVIATION_VELOCITY, EffortModel,
                             SPRING_COEFFICIENTS, SPRING_RANGE)
 from ..model.exceptions import ArgumentError
-from ..model.joints import BASE_FRAME, mount, N_JOINTS, SIDES
+from ..model.joints import BASE_FRAME, gravity_in_base, mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
-from ..model.tilt import gravity_in_base
 
 METHODS = ('lagrange_euler', 'newton_euler')
 MATCHED = 'matched'  # effort band

@@ -6,12 +6,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from . import paper_tables
-from .arrays import Array, ArrayLike
+from .arrays import Array, ArrayLike, finite
 from .base_parameters import NAMES, TILTED_NAMES
 from .closed_form import AUTO, choose_engine, functions, parameter_values
 from .exceptions import ArgumentError
 from .parameters import ArmParameters, paper_parameters, Payload
-from .validation import finite
 
 _T = TypeVar('_T')
 _UPRIGHT = 1e-12  # relative gravity component across the axis of joint 1 that is rounding

@@ -1,12 +1,43 @@
-"""Array types for annotations; docstrings state the shapes."""
+"""Array types for annotations, and validation of arguments, whose errors name the argument."""
 
+from types import EllipsisType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ['Array', 'ArrayLike', 'Bools', 'Indices']
+from .exceptions import ArgumentError
+
+__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'number']
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.integer[Any]]  # integers: indices, stamps
+
+
+def finite(name: str, value: ArrayLike, shape: tuple[int | EllipsisType, ...]) -> Array:
+    """Return finite real numbers of a shape, such as (3,) or (..., 7), as a float array."""
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in 'fiu':
+            raise TypeError(f'dtype {array.dtype}')
+        array = array.astype(float, copy=False)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(name, f'expected real numbers ({error})') from None
+    if (array.shape[-1:] != shape[1:]) if ... in shape else (array.shape != shape):
+        expected = str(shape).replace('Ellipsis', '...')
+        raise ArgumentError(name, f'expected shape {expected}, got {array.shape}')
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise ArgumentError(name, f'expected finite values, got {array[index]} at index {index}')
+    return array
+
+
+def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf,
+           unit: str = '') -> float:
+    """Return a finite float in [lower, upper]; ``unit`` is for the error."""
+    result = float(finite(name, value, ()))
+    if not lower <= result <= upper:
+        range_ = f'[{lower:g}, {upper:g}] {unit}'.rstrip()
+        raise ArgumentError(name, f'expected a value in {range_}, got {result:g}')
+    return result

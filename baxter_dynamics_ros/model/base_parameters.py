@@ -36,15 +36,8 @@ def base_parameters(parameters: ArmParameters, pseudo_inertia: Array) -> Array:
     """
     Return the base parameters (..., 45) in the order of :data:`TILTED_NAMES`.
 
-    They are linear in ``pseudo_inertia``.
-
-    Parameters
-    ----------
-    parameters : ArmParameters
-        Parameters that define the frames by d, a and alpha.
-    pseudo_inertia : ndarray (..., 7, 4, 4)
-        J of eq. (12) for each link, in the paper's frames [kg m^2, kg m, kg].
-
+    They are linear in ``pseudo_inertia`` (..., 7, 4, 4), J of eq. (12) for each link. Of
+    ``parameters`` only d, a and alpha are read, which define the frames.
     """
     to_body = [_shift(parameters.a[k], parameters.d[k]) @ _turn_x(parameters.alpha[k])
                for k in range(N_JOINTS)]
@@ -66,16 +59,7 @@ def fixed_to_link(parameters: ArmParameters, link: int, pseudo_inertia: Array) -
 
 
 def lengths(parameters: ArmParameters) -> tuple[float, ...]:
-    """
-    Return the lengths of :data:`LENGTH_NAMES` [m].
-
-    Raises
-    ------
-    ArgumentError
-        If the kinematic structure differs from Baxter's: alpha of links 1 to 6 is not -90, 90,
-        -90, 90, -90, 90 degrees, or a or d of link 2, 4 or 6 is not zero.
-
-    """
+    """Return the lengths of :data:`LENGTH_NAMES` [m]; raise if the structure is not Baxter's."""
     a, d, alpha = parameters.a, parameters.d, parameters.alpha
     if np.abs(alpha[:6] - _ALPHA).max() > 1e-12 or np.any(a[1:6:2]) or np.any(d[1:6:2]):
         raise ArgumentError(

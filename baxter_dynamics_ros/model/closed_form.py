@@ -12,12 +12,11 @@ import warnings
 import numpy as np
 
 from . import _closed_form
-from .arrays import Array, ArrayLike
+from .arrays import Array, ArrayLike, finite
 from .base_parameters import base_parameters, lengths
 from .exceptions import ArgumentError
 from .joints import N_JOINTS
 from .parameters import ArmParameters, theta_offsets
-from .validation import finite_batches
 
 # Maps q and further vectors (..., 7) to an array or a tuple of arrays; validates its arguments.
 Function = Callable[..., Any]
@@ -32,15 +31,7 @@ _to_list: Callable[[Any], Any] = np.ndarray.tolist
 
 
 def choose_engine(engine: str) -> str:
-    """
-    Return 'compiled' or 'python' for one of :data:`ENGINES`, see :class:`.BaxterArm`.
-
-    Raises
-    ------
-    ArgumentError
-        If the engine is unknown, or 'compiled' is requested and the extension does not load.
-
-    """
+    """Return 'compiled' or 'python' for one of :data:`ENGINES`, see :class:`.BaxterArm`."""
     source = 'engine'
     if engine == AUTO and os.environ.get(ENGINE_VARIABLE):
         source, engine = ENGINE_VARIABLE, os.environ[ENGINE_VARIABLE]
@@ -80,15 +71,8 @@ def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> di
     """
     Return the functions of the closed form for one arm, by their names in ``_closed_form``.
 
-    Parameters
-    ----------
-    engine : str
-        'compiled' or 'python'.
-    values : tuple of float
-        See :func:`parameter_values`.
-    theta_offset : ndarray (7,)
-        theta - q of eq. (2) [rad].
-
+    ``values`` are those of :func:`parameter_values`, ``theta_offset`` is theta - q (7,) of eq. (2)
+    [rad].
     """
     make: Callable[..., Function] = _python_function
     if engine == COMPILED:
@@ -100,6 +84,18 @@ def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> di
         function = make(name, names, shapes, values, finite_batches)
         result[name] = _shifted(function, names, shift) if shift.any() else function
     return result
+
+
+def finite_batches(names: Sequence[str], values: Sequence[ArrayLike]) -> list[Array]:
+    """Return joint vectors as contiguous float arrays (..., 7), broadcast to one shape."""
+    arrays = [finite(name, value, (..., N_JOINTS)) for name, value in zip(names, values)]
+    try:
+        broadcast = np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(names, arrays))
+        raise ArgumentError(', '.join(names),
+                            f'leading axes do not broadcast: {shapes}') from None
+    return [np.require(array, float, ['C', 'A']) for array in broadcast]
 
 
 def _shifted(function: Function, names: tuple[str, ...], shift: Array) -> Function:

@@ -16,10 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from .arrays import Array, ArrayLike, Bools
+from .arrays import Array, ArrayLike, Bools, finite
 from .exceptions import ArgumentError
 from .joints import JOINTS, N_JOINTS, S1
-from .validation import finite
 
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
 # robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
@@ -75,7 +74,7 @@ class EffortModel:
     viscous : array_like (7,)
         Viscous friction [N m s/rad], not negative: ``viscous * qd``.
     dahl : array_like (7,)
-        Dahl friction [N m], not negative: ``dahl * z``, z from :class:`.presliding.Presliding`.
+        Dahl friction [N m], not negative: ``dahl * z``, z from :class:`.Presliding`.
     bias : array_like (7,)
         Constant offset of the measured effort [N m].
     stiffness : array_like (7,)
@@ -119,7 +118,8 @@ class EffortModel:
     def __post_init__(self) -> None:
         """Validate the values and store read-only arrays."""
         for each in fields(self):
-            value = finite(_name(each.name), getattr(self, each.name), each.metadata['shape'])
+            value = finite(f'effort_model.{each.name}', getattr(self, each.name),
+                           each.metadata['shape'])
             self._require(each.name, bool((value >= each.metadata['lower']).all()),
                           f'no value below {each.metadata["lower"]:g}')
             value = value.copy()
@@ -132,7 +132,8 @@ class EffortModel:
 
     def _require(self, name: str, condition: bool, expected: str) -> None:
         if not condition:
-            raise ArgumentError(_name(name), f'expected {expected}, got {getattr(self, name)}')
+            raise ArgumentError(f'effort_model.{name}',
+                                f'expected {expected}, got {getattr(self, name)}')
 
     @classmethod
     def rigid(cls) -> 'EffortModel':
@@ -178,26 +179,16 @@ class EffortModel:
         return result
 
     def spring_is_held(self, q: Array) -> Bools | bool:
-        """
-        Return whether s1 is outside the spring's range, (...) bool, for q (..., 7) [rad].
-
-        Always false without a spring.
-        """
+        """Return whether s1 is outside the range of a spring, (...) bool, for q (..., 7) [rad]."""
         *_, lower, upper = self._spring
         s1 = q.item(S1) if q.ndim == 1 else q[..., S1]  # plain numbers are faster
         return self.has_spring & ((s1 < lower) | (s1 > upper))
 
     def friction(self, qd: Array, presliding: Array | None = None) -> Array:
         """
-        Return Coulomb, viscous and Dahl friction, (..., 7) [N m].
+        Return Coulomb, viscous and Dahl friction, (..., 7) [N m], for qd (..., 7) [rad/s].
 
-        Parameters
-        ----------
-        qd : ndarray (..., 7)
-            Velocity [rad/s].
-        presliding : ndarray (..., 7), optional
-            Dahl's state z; by default the steady state tanh(qd / coulomb_velocity).
-
+        ``presliding`` is Dahl's state z, by default the steady one, tanh(qd / coulomb_velocity).
         """
         if not self.has_friction:
             return np.zeros(qd.shape)
@@ -235,16 +226,38 @@ class EffortModel:
         return np.linalg.inv(np.eye(N_JOINTS) + self.crosstalk.T).astype(float)
 
     def deviation_at(self, qd: Array, qdd: Array) -> Array:
-        """
-        Return the expected standard deviation of the residual, (..., 7) [N m].
-
-        The root of the summed squares of the parts at rest, of velocity qd (..., 7) [rad/s] and
-        of acceleration qdd (..., 7) [rad/s^2].
-        """
+        """Return the expected standard deviation of the residual at qd, qdd, (..., 7) [N m]."""
         square: Array = (self.deviation ** 2 + (self.deviation_velocity * qd) ** 2
                          + (self.deviation_acceleration * qdd) ** 2)
         return np.sqrt(square)
 
 
-def _name(attribute: str) -> str:
-    return f'effort_model.{attribute}'
+class Presliding:
+    """
+    Dahl's model of the transition from sticking to sliding; friction is ``dahl * z``.
+
+    A joint that reverses does not feel the full friction of the new direction at once: the contact
+    first deflects over a few hundredths of a radian. The state z in [-1, 1] follows
+    ``dz/dq = (1 - z sign(qd)) / length``, which depends on angles, not on time. For a step in one
+    direction the solution is exact: z approaches the direction's sign by
+    ``exp(-|change of q| / length)``. On Baxter it explains the hysteresis at s1.
+    """
+
+    def __init__(self, length: Array | float) -> None:
+        self.length = length  # angle over which friction reverses [rad]; (m, 1) to compare several
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the history: no friction until the joints move."""
+        self._q: Array | None = None
+        # -1 or 1 while a joint slides, 0 while unknown; (7,) or (m, 7)
+        self.z = np.zeros(np.broadcast_shapes(np.shape(self.length), (N_JOINTS,)))
+
+    def update(self, q: Array) -> Array:
+        """Advance to q (7,) [rad] and return z."""
+        if self._q is not None:
+            step = q - self._q
+            direction = np.sign(step)
+            self.z = direction + (self.z - direction) * np.exp(np.abs(step) / -self.length)
+        self._q = q
+        return self.z

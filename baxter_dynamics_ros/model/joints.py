@@ -1,8 +1,8 @@
-"""Joints of an arm: names, order and limits; mounting poses of the arms."""
+"""Joints of an arm: names, order and limits; mounting poses of the arms, tilt of the base."""
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, ArrayLike
 from .exceptions import ArgumentError
 
 # Joint order of all arrays in this package.
@@ -65,6 +65,20 @@ def mount(side: str) -> Array:
     pose[:3, :3] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
     pose[:3, 3] = [0.024645, sign * 0.219645, 0.118588] + pose[:3, :3] @ shoulder
     return pose
+
+
+def gravity_in_base(gravity: ArrayLike, roll: float, pitch: float) -> Array:
+    """
+    Return a gravity vector of level axes, z up (3,) [m/s^2], in the axes of a tilted base.
+
+    Roll turns the base about x, then pitch about y [rad], fixed axes as in REP-103: positive roll
+    raises the robot's left side, positive pitch lowers its front.
+    """
+    (sr, sp), (cr, cp) = np.sin([roll, pitch]), np.cos([roll, pitch])
+    base = np.array([[cp, sp * sr, sp * cr],
+                     [0.0, cr, -sr],
+                     [-sp, cp * sr, cp * cr]])  # axes of the base as columns
+    return base.T @ np.asarray(gravity, dtype=float)
 
 
 for _array in (POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT):

@@ -14,10 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import paper_tables
-from .arrays import Array, ArrayLike
+from .arrays import Array, ArrayLike, finite, number
 from .exceptions import ArgumentError
 from .joints import N_JOINTS, S1
-from .validation import finite, number
 
 THETA_2_OFFSET = 'theta_2_offset'
 INERTIA_AT_ORIGIN = 'inertia_at_origin'
@@ -176,10 +175,7 @@ def theta_offsets(corrected: bool = True) -> Array:
 
 def inertia_tensor(elements: Array) -> Array:
     """Turn rows (..., 6) in Table III's order xx yy zz xy yz xz into tensors (..., 3, 3)."""
-    xx, yy, zz, xy, yz, xz = np.moveaxis(elements, -1, 0)
-    return np.stack([np.stack([xx, xy, xz], -1),
-                     np.stack([xy, yy, yz], -1),
-                     np.stack([xz, yz, zz], -1)], -2)
+    return elements[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
 
 
 def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
@@ -188,17 +184,8 @@ def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
 
     The inertia is first moved to the origin of the link frame (parallel axes), the correction
     that Table III needs: ``I_origin = I_com + m (r.r 1 - r r^T)``. The 3 x 3 block of J is
-    tr(I_origin)/2 1 - I_origin, so its off-diagonals are -I_xy and so on.
-
-    Parameters
-    ----------
-    inertia : ndarray (..., 3, 3)
-        Inertia about the centre of mass [kg m^2].
-    mass : ndarray (...)
-        Mass [kg].
-    center : ndarray (..., 3)
-        Centre of mass [m].
-
+    tr(I_origin)/2 1 - I_origin, so its off-diagonals are -I_xy and so on. Masses are (...) [kg],
+    centres of mass (..., 3) [m].
     """
     outer = center[..., :, None] * center[..., None, :]
     at_origin = inertia + np.asarray(mass)[..., None, None] * (_trace(outer) - outer)

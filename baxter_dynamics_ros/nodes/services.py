@@ -13,10 +13,9 @@ from ..estimation.arm_model import ArmModel
 from ..estimation.events import Event, REMEDIES
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor, Step
-from ..model.arrays import Array, Indices
+from ..model.arrays import Array, finite, Indices
 from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS
-from ..model.validation import finite
 
 MAX_AGE = 1.0  # age from which a measured state is out of date [s]
 # Largest plausible values of a request [rad, rad/s, rad/s^2].

@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .description import arm_description, hand_names
-from ..model.arrays import Array
-from ..model.effort import EffortModel
+from ..model.arrays import Array, finite
+from ..model.effort import EffortModel, Presliding
 from ..model.exceptions import ArgumentError
 from ..model.joints import joint_names, N_JOINTS
 from ..model.paper_tables import GRAVITY
 from ..model.parameters import Payload
-from ..model.presliding import Presliding
-from ..model.validation import finite
 
 TIMESTEP = 0.001  # [s]
 

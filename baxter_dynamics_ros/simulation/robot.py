@@ -10,12 +10,11 @@ from .controller import DoubleLoop
 from .plant import default_truth, Plant, TIMESTEP, TORQUE_LIMIT
 from .sensors import Sensors
 from .trajectories import HandTrajectory, JointTrajectory, mirror
-from ..model.arrays import Array
+from ..model.arrays import Array, finite
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import joint_names, JOINTS, N_JOINTS, SIDES, VELOCITY_LIMIT
 from ..model.parameters import Payload
-from ..model.validation import finite
 
 # The order in which the robot publishes: head, then each arm in alphabetical order, torso.
 _ALPHABETICAL = ('e0', 'e1', 's0', 's1', 'w0', 'w1', 'w2')

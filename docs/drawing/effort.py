@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.effort import EffortModel, Presliding
 from baxter_dynamics_ros.model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER, S1
-from baxter_dynamics_ros.model.presliding import Presliding
 from baxter_dynamics_ros.report.drawing import FAINT, SHADE, zero_line
 from matplotlib.figure import Figure
 import numpy as np

@@ -6,9 +6,8 @@ from baxter_dynamics_ros.calibration.fit_data import Motion, residual
 from baxter_dynamics_ros.calibration.term import Sample
 from baxter_dynamics_ros.calibration.terms import dahl_lengths
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
-from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
+from baxter_dynamics_ros.model.effort import Presliding, SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
-from baxter_dynamics_ros.model.presliding import Presliding
 import numpy as np
 import pytest
 

@@ -10,9 +10,9 @@ import sys
 from baxter_dynamics_ros import ArgumentError, BaxterArm
 from baxter_dynamics_ros.model import closed_form, lagrange_euler
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
+from baxter_dynamics_ros.model.closed_form import finite_batches
 from baxter_dynamics_ros.model.paper_tables import GRAVITY
 from baxter_dynamics_ros.model.parameters import ArmParameters, paper_parameters
-from baxter_dynamics_ros.model.validation import finite_batches
 import numpy as np
 import pytest
 

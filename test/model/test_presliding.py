@@ -2,8 +2,8 @@
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import Presliding
 from baxter_dynamics_ros.model.joints import joint_names
-from baxter_dynamics_ros.model.presliding import Presliding
 import numpy as np
 
 LENGTH = 0.02  # [rad]

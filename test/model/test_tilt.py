@@ -1,7 +1,7 @@
 """Gravity in the frame of a tilted base."""
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.tilt import gravity_in_base
+from baxter_dynamics_ros.model.joints import gravity_in_base
 import numpy as np
 import pytest
 
