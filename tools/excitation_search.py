@@ -24,32 +24,21 @@ HEAD, HEAD_DISTANCE = 0.05, 0.3  # x of the head, minimum distance from it
 SHOULDER_DISTANCE = 0.25  # minimum distance of wrist, hand and tool from the shoulder
 TOOL = 0.15  # length of a tool
 
-_PERIOD = 0.05  # [s] between samples
 _STEP = 4  # samples between two rows of a design matrix in the search
 _MARGIN = 0.02  # [m] that the search keeps beyond the clearances
 
+_TIME = np.arange(0.0, DURATION + 0.025, 0.05)  # sample times [s]
 _ARM = BaxterArm(mount=mount('right'), engine='python')
-
-
-def samples() -> Array:
-    """Return the sample times of a trajectory, (n,) [s]."""
-    return np.arange(0.0, DURATION + _PERIOD / 2, _PERIOD, dtype=float)
 
 
 def clearance(q: Array) -> Array:
     """
-    Return the clearance of the right arm from the workspace limits, (n,) [m].
+    Return the clearance of the right arm at q (n, 7) from the workspace limits, (n,) [m].
 
     It is negative outside the limits. The points checked are elbow, middle of the forearm, wrist,
     middle of wrist and hand, hand, and tip of the tool. The torso is modelled as a box, the head
     as a column, the shoulder as a ball, each enlarged by the link radius of 0.06 m. No other
     collisions are checked.
-
-    Parameters
-    ----------
-    q : ndarray (n, 7)
-        Positions [rad].
-
     """
     frames = [_ARM.mount @ transform(_ARM.parameters, 0, link, q) for link in (1, 3, 5, 7)]
     shoulder, elbow, wrist, hand = (frame[:, :3, 3] for frame in frames)
@@ -67,19 +56,10 @@ def clearance(q: Array) -> Array:
 
 def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Array]:
     """
-    Return the derivative of the effort with respect to each calibration parameter.
+    Return the derivative (n, 7) of the effort by each calibration parameter along a motion (n, 7).
 
-    Parameters
-    ----------
-    q, qd, qdd, presliding : ndarray (n, 7)
-        Motion [rad, rad/s, rad/s^2] and Dahl's state.
-
-    Returns
-    -------
-    dict
-        Name, such as 'dahl_s0', 'gravity_x' or 'payload_mass' -> effort (n, 7). At s1 the spring
-        terms replace the stiffness, which is nearly collinear with them.
-
+    Names are such as 'dahl_s0', 'gravity_x' or 'payload_mass'. At s1 the spring terms replace the
+    stiffness, which is nearly collinear with them.
     """
     columns = {}
     one_joint = {'bias': np.ones_like(q), 'coulomb': np.tanh(qd / COULOMB_VELOCITY),
@@ -111,13 +91,8 @@ def judge(columns: dict[str, Array]) -> tuple[float, dict[str, float]]:
     """
     Return measures of how well the parameters can be distinguished.
 
-    Returns
-    -------
-    condition : float
-        Condition number of the design matrix, its columns scaled to length 1.
-    own : dict
-        Name -> share of the column, 0 to 1, that is independent of all other columns.
-
+    The condition number of the design matrix, its columns scaled to length 1, and by name the
+    share of a column, 0 to 1, that is independent of all other columns.
     """
     matrix = np.stack([column.ravel() for column in columns.values()], axis=-1)
     triangle = np.linalg.qr(matrix / np.linalg.norm(matrix, axis=0), mode='r')
@@ -147,7 +122,7 @@ def search(seed: int = 2, evaluations: int = 10_000) -> Series:
 
 
 def _cost(series: Series) -> float:
-    q, qd, qdd = motion(series, samples())
+    q, qd, qdd = motion(series, _TIME)
     short = np.maximum(_MARGIN - clearance(q[::2]), 0.0)  # [m]
     sweep = np.abs(np.array([q[:, S1].min(), q[:, S1].max()]) - S1_SWEEP).max()  # [rad]
     if short.any() or sweep > 0.01:
@@ -183,7 +158,7 @@ def _changed(series: Series, random: np.random.Generator, width: float) -> Serie
 def _within_limits(series: Series) -> Series:
     """Return the series, scaled and shifted so that each joint stays within its limits."""
     center, harmonic, sine, cosine = series
-    q, qd, qdd = motion(series, samples())
+    q, qd, qdd = motion(series, _TIME)
     up, down = (q - center).max(axis=0), (center - q).max(axis=0)
     scale = np.minimum.reduce([np.ones(N_JOINTS), 0.97 * SPEED / np.abs(qd).max(axis=0),
                                0.95 * ACCELERATION / np.abs(qdd).max(axis=0),

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip('casadi', reason='needed to generate: pip install casadi')
 from tools.closed_form.__main__ import generated  # noqa: E402, I100
-from tools.closed_form.quantities import formulate, PARAMETERS, QUANTITIES  # noqa: E402
+from tools.closed_form.quantities import Arm, PARAMETERS, QUANTITIES  # noqa: E402
 
 
 @pytest.mark.parametrize('quantity', QUANTITIES.values(), ids=QUANTITIES)
@@ -16,8 +16,8 @@ def test_each_function_computes_the_formulation(quantity, rng):
     angles, *rest = rng.normal(size=(1 + len(quantity.inputs), 7))
     result = getattr(_closed_form, quantity.name)(np.sin(angles), np.cos(angles), *rest,
                                                   parameters)
-    formulation = formulate(np.sin(angles), np.cos(angles), dict(zip(PARAMETERS, parameters)))
-    expected = quantity.compute(formulation, *rest)
+    arm = Arm(np.sin(angles), np.cos(angles), dict(zip(PARAMETERS, parameters)))
+    expected = quantity.compute(arm, *rest)
     expected = expected if isinstance(expected, tuple) else (expected,)
     expected = np.concatenate([np.ravel(part) for part in expected])
     np.testing.assert_allclose(result, expected, rtol=1e-9, atol=1e-9)

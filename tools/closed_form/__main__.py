@@ -16,9 +16,9 @@ from .write_python import python_text
 
 def generated() -> dict[Path, str]:
     """Return the generated files: path -> text."""
-    python = Path(_closed_form.__file__)
-    return {python: python_text(), python.with_suffix('.h'): header_text(),
-            python.with_suffix('.c'): source_text()}
+    path = Path(_closed_form.__file__)
+    return {path: python_text(), path.with_suffix('.h'): header_text(),
+            path.with_suffix('.c'): source_text()}
 
 
 def main() -> None:

@@ -1,8 +1,4 @@
-"""
-Derivation of programs: the formulation evaluated on CasADi symbols.
-
-CasADi removes structural zeros and ones.
-"""
+"""Derivation of programs: the formulation on CasADi symbols, without structural zeros and ones."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -12,49 +8,28 @@ import casadi
 
 from .frames import N, Scalar, Scalars
 from .program import Program, Value
-from .quantities import formulate, ONLY_TILTED, PARAMETERS, Quantity
+from .quantities import Arm, ONLY_TILTED, PARAMETERS, Quantity
 
 
 def program_of(quantity: Quantity, tilted: bool) -> Program:
     """
     Derive the program of a quantity.
 
-    Parameters
-    ----------
-    quantity : Quantity
-        Quantity to compute.
-    tilted : bool
-        Whether gravity may have any direction in frame {0}. Otherwise it is along the axis of
-        joint 1, which saves a few operations.
-
+    Unless tilted, gravity is along the axis of joint 1, which saves a few operations.
     """
-    vectors = {name: _symbols(name) for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
+    vectors = {name: [casadi.SX.sym(f'{name}[{i}]') for i in range(N)]
+               for name in ('sin_q', 'cos_q', 'qd', 'qdd', 'tau')}
     parameters = {name: 0 if name in ONLY_TILTED and not tilted else casadi.SX.sym(name)
                   for name in PARAMETERS}
-    formulation = formulate(vectors['sin_q'], vectors['cos_q'], parameters)
-    values = quantity.compute(formulation, *(vectors[name] for name in quantity.inputs))
+    arm = Arm(vectors['sin_q'], vectors['cos_q'], parameters)
+    values = quantity.compute(arm, *(vectors[name] for name in quantity.inputs))
     symbols = [symbol for vector in vectors.values() for symbol in vector]
     symbols += [value for value in parameters.values() if isinstance(value, casadi.SX)]
     return trace(symbols, _flat(values))
 
 
 def trace(inputs: Sequence[Any], outputs: Sequence[Any]) -> Program:
-    """
-    Turn expressions into a program.
-
-    Parameters
-    ----------
-    inputs : sequence of casadi.SX
-        Scalar symbols; their names become the names of the inputs.
-    outputs : sequence
-        casadi.SX scalars or numbers.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If an expression contains an operation other than +, -, *, / and squares.
-
-    """
+    """Turn expressions in scalar casadi.SX symbols, which name the inputs, into a program."""
     function = casadi.Function('f', [casadi.vertcat(*inputs)],
                                [casadi.densify(casadi.vertcat(*outputs))])
     program = Program()
@@ -88,10 +63,6 @@ _RULES: dict[int, Callable[..., Value]] = {
     casadi.OP_TWICE: lambda program, x: program.sum(x, x),
     casadi.OP_INV: lambda program, x: program.quotient(program.number(1.0), x),
 }
-
-
-def _symbols(name: str) -> list[casadi.SX]:
-    return [casadi.SX.sym(f'{name}[{i}]') for i in range(N)]
 
 
 def _flat(values: Scalars) -> list[Scalar]:

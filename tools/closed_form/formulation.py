@@ -29,19 +29,18 @@ a mass. Of link 1 only xx + yy is felt, here as xx, and, where gravity is not al
 axis, h_x and h_y.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
+from typing import TypeVar
 
-from .frames import (add, Affine, apply, Frames, N, PseudoInertia, Rows, Scalar, Scalars, Twist,
-                     Vector, Wrench, ZERO)
-from .hand import Hand
-from .linear import solve
-from .matrices import (about_axis, Acceleration, acceleration, acceleration_wrench,
-                       axis_moment_of_transpose, axis_wrench, change_on, change_with_axis,
-                       derivative_of_axis, moment_of_moving_transpose, pair, spun, total, turned,
-                       twist_matrix, unit_torques, wrench_of)
+from .frames import (about_axis, Acceleration, acceleration, acceleration_wrench, add, Affine,
+                     apply, axis_moment_of_transpose, axis_wrench, change_on, change_with_axis,
+                     derivative_of_axis, Frames, moment_of_moving_transpose, N, pair,
+                     PseudoInertia, Rows, Scalar, Scalars, spun, total, turned, Twist,
+                     twist_matrix, unit_torques, Vector, Wrench, wrench_of, ZERO)
 
-LINK_COLUMNS = 7  # base parameters of each link but the first
+_T = TypeVar('_T')
+_LINK_COLUMNS = 7  # base parameters of each link but the first
 
 
 class Formulation:
@@ -49,27 +48,14 @@ class Formulation:
     The dynamics at one configuration.
 
     Matrices are lists of rows; qd, qdd and tau are sequences of 7 scalars.
-
-    Parameters
-    ----------
-    frames : Frames
-        The passages between body frames.
-    links : sequence of 7 PseudoInertia
-        Base parameters in body frames [kg m^2, kg m].
-    up : tuple of 3 scalars
-        Minus the gravity vector in frame {0} [m/s^2]: the acceleration of a base without gravity
-        that loads the arm alike.
-    hand : Hand
-        The kinematics of the hand.
-
     """
 
-    def __init__(self, frames: Frames, links: Sequence[PseudoInertia], up: Vector,
-                 hand: Hand) -> None:
+    def __init__(self, frames: Frames, links: Sequence[PseudoInertia], up: Vector) -> None:
         self.frames = frames
-        self.links = links
+        self.links = links  # base parameters of the 7 links, in body frames [kg m^2, kg m]
+        # Minus the gravity vector in frame {0} [m/s^2]: the acceleration of a base without gravity
+        # that loads the arm alike.
         self.up = up
-        self.hand = hand
 
     @cached_property
     def composites(self) -> list[PseudoInertia]:
@@ -137,7 +123,7 @@ class Formulation:
     def forward_dynamics(self, qd: Scalars, tau: Scalars) -> list[Scalar]:
         """Return qdd = M^-1 (tau - C qd - G), by M = L D L^T."""
         bias = self._torques(self._accelerations(qd, (0,) * N, self.up))
-        return solve(self.mass_matrix(), [t - b for t, b in zip(tau, bias)])
+        return _solve(self.mass_matrix(), [t - b for t, b in zip(tau, bias)])
 
     def regressor(self, qd: Scalars, qdd: Scalars) -> Rows:
         """
@@ -145,7 +131,7 @@ class Formulation:
 
         xx of link 1; xx yy xy xz yz hx hy of links 2 to 7; hx hy of link 1.
         """
-        columns = 1 + LINK_COLUMNS * (N - 1)
+        columns = 1 + _LINK_COLUMNS * (N - 1)
         result = [[0] * (columns + 2) for _ in range(N)]
         twists: list[Twist] = []
         for link, a in enumerate(self._accelerations(qd, qdd, self.up)):
@@ -156,8 +142,8 @@ class Formulation:
                 if link == 0:
                     result[i][0], result[i][-2:] = seven[0], seven[-2:]
                 else:
-                    start = 1 + LINK_COLUMNS * (link - 1)
-                    result[i][start:start + LINK_COLUMNS] = seven
+                    start = 1 + _LINK_COLUMNS * (link - 1)
+                    result[i][start:start + _LINK_COLUMNS] = seven
         return result
 
     def christoffel_symbols(self) -> list[Rows]:
@@ -263,19 +249,37 @@ class Formulation:
         return [w.moment[2] for w in self._wrenches(accelerations)]
 
     def _wrenches_inward(self, k: int, w: Wrench) -> Iterator[tuple[int, Wrench]]:
-        """Yield (i, the wrench of body frame k in body frame i) for i from k down to 0."""
-        yield k, w
-        for i in range(k, 0, -1):
-            w = self.frames.wrench_inward(i, w)
-            yield i - 1, w
+        return _inward(k, w, self.frames.wrench_inward)
 
     def _vectors_inward(self, k: int, vector: Vector) -> Iterator[tuple[int, Vector]]:
-        """Yield (i, the vector of body frame k in body frame i) for i from k down to 0."""
-        yield k, vector
-        for i in range(k, 0, -1):
-            vector = self.frames.inward(i, vector)
-            yield i - 1, vector
+        return _inward(k, vector, self.frames.inward)
+
+
+def _inward(k: int, x: _T, move: Callable[[int, _T], _T]) -> Iterator[tuple[int, _T]]:
+    """Yield (i, x of body frame k in body frame i) for i from k down to 0."""
+    yield k, x
+    for i in range(k, 0, -1):
+        x = move(i, x)
+        yield i - 1, x
 
 
 def _square() -> Rows:
     return [[0] * N for _ in range(N)]
+
+
+def _solve(m: Rows, right: Scalars) -> list[Scalar]:
+    """Return m^-1 right for a symmetric positive definite m, which is overwritten."""
+    x = list(right)
+    inverse = [0] * len(x)
+    for k in range(len(x)):  # m becomes L below its diagonal; L x = right
+        inverse[k] = 1 / m[k][k]
+        for i in range(k + 1, len(x)):
+            factor = m[i][k] * inverse[k]
+            for j in range(k + 1, i + 1):
+                m[i][j] = m[i][j] - factor * m[j][k]
+            x[i] = x[i] - factor * x[k]
+    for k in range(len(x) - 1, -1, -1):
+        x[k] = x[k] * inverse[k]
+        for i in range(k + 1, len(x)):
+            x[k] = x[k] - m[i][k] * inverse[k] * x[i]
+    return x

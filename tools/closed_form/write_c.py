@@ -7,8 +7,7 @@ from textwrap import wrap
 from baxter_dynamics_ros.export.legend import LABELS, meaning
 
 from .derivation import program_of
-from .infix import assignments
-from .program import Program
+from .program import Writer
 from .quantities import PARAMETERS, QUANTITIES, Quantity
 from .write_python import description, input_names
 
@@ -171,14 +170,13 @@ def _kernel(quantity: Quantity) -> str:
                  'size_t stride', *(f'const double *restrict {vector}' for vector in vectors),
                  f'const {_NAME}_parameters *restrict p',
                  *(f'double *restrict {output.symbol}' for output in quantity.outputs)), ')'), '{']
-    read = _inputs(program)
+    read = {program.nodes[n][1] for n in program.used() if program.nodes[n][0] == 'input'}
     for vector in vectors:
         lines += _constants(f'{names[key]} = {vector}[{i} * stride]' for i in range(7)
                             if (key := f'{vector}[{i}]') in read)
     lines += _constants(f'{name} = p->{name}' for name in PARAMETERS if name in read)
-    outputs = set(targets)
-    for target, expression in assignments(program, targets, names):
-        kind = '' if target in outputs else 'const double '
+    for target, expression in Writer(program, names).write(targets):
+        kind = '' if target in targets else 'const double '
         lines.append('\n        '.join(wrap(f'    {kind}{target} = {expression};', 91)))
     return '\n'.join([*lines, '}'])
 
@@ -234,10 +232,6 @@ def _batch_prototype(quantity: Quantity) -> str:
     return _listed(f'void {_NAME}_{quantity.name}_batch(', (
         'size_t n', *(f'const double *{v}' for v in ('q', *quantity.inputs)),
         f'const {_NAME}_parameters *p', *(f'double *{o.symbol}' for o in quantity.outputs)), ')')
-
-
-def _inputs(program: Program) -> set[str]:
-    return {program.nodes[n][1] for n in program.used() if program.nodes[n][0] == 'input'}
 
 
 def _constants(assigned: Iterable[str]) -> list[str]:

@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterable
 from textwrap import fill, indent
 
 from .derivation import program_of
-from .infix import assignments
-from .program import Program, Value
+from .program import Program, Value, Writer
 from .quantities import PARAMETERS, QUANTITIES, Quantity
 
 _HEAD = '''# flake8: noqa
@@ -64,7 +63,7 @@ def _function(quantity: Quantity) -> str:
     program.outputs = [value for value, name in results.items() if name != '0.0']
     targets = [name for name in results.values() if name != '0.0']
     body += [f'{target} = {text}' for target, text in
-             assignments(program, targets, names, reuse=True)]
+             Writer(program, names).write(targets, reuse=True)]
     body.append(_tuple('return ', returned))
     title = f'"""Return {description(quantity, program)}"""'
     text = '\n'.join((title, *body))
