@@ -10,8 +10,7 @@ from pathlib import Path
 from baxter_dynamics_ros.model import _closed_form
 
 from .sizes import table
-from .write_c import header_text, source_text
-from .write_python import python_text
+from .write import header_text, python_text, source_text
 
 
 def generated() -> dict[Path, str]:

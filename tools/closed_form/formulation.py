@@ -1,18 +1,15 @@
-r"""
+"""
 The Lagrange-Euler dynamics in body frames: the smallest exact form, written once.
 
-Scalars are floats, NumPy arrays or symbols; :mod:`.frames` defines the body frames. With the twist
-xi_k = 0T_{k-1} Q (0T_{k-1})^-1 of joint k, eqs. (9) and (10) become products, U_jk = xi_k T_j, and
-the sums over links j need only be computed once. With <X, Y> = Tr(X Y^T), let
+docs/closed_form.md derives it. Scalars are floats, NumPy arrays or symbols. With the twist xi_k of
+joint k, in body frame k Q of eq. (11), and <X, Y> = Tr(X Y^T):
 
 * S_l = T_l J_l T_l^T, the pseudo-inertia of link l, and H_k = sum_{l>=k} S_l;
 * V_l = sum_{k<=l} xi_k qd_k, so that dT_l/dt = V_l T_l, and B_k = sum_{l>=k} V_l S_l;
-* A_l = sum_{k<=l} (xi_k qdd_k + (2 V_k - xi_k qd_k) xi_k qd_k) - gravity: A_l T_l is d^2 T_l/dt^2
-  less gravity;
-* P_k = xi_k H_k: in body frame k it only swaps rows of the composite pseudo-inertia H_k;
-* D_k = sum_{j>k} qd_j P_j: how that composite moves relative to link k; B_k = V_k H_k + D_k.
+* A_l, so that A_l T_l is d^2 T_l/dt^2 less gravity;
+* P_k = xi_k H_k and D_k = sum_{j>k} qd_j P_j: how H_k moves relative to link k;
 
-Then, since dxi_k/dt = V_k xi_k - xi_k V_k, for i <= k:
+and for i <= k:
 
 * M_ik = <P_k, xi_i>                                          eq. (6)
 * C_ik = <V_k P_k + xi_k D_k, xi_i>                           eq. (7), above the diagonal
@@ -22,11 +19,6 @@ Then, since dxi_k/dt = V_k xi_k - xi_k V_k, for i <= k:
 
 <X, xi_i> needs only six numbers of X, a wrench, and at body frame i it is the wrench's moment
 about z. So wrenches are carried inward, link by link, and read on the way.
-
-Links are described by base parameters: of J_k in body frame k, what lies on the joint's own axis
-(z z, h_z, m) is not felt by the joint and belongs to link k - 1, which leaves composites without
-a mass. Of link 1 only xx + yy is felt, here as xx, and, where gravity is not along the first
-axis, h_x and h_y.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -70,7 +62,7 @@ class Formulation:
         """Return M, eq. (6)."""
         result = _square()
         for k, h in enumerate(self.composites):
-            for i, p in self._wrenches_inward(k, wrench_of(turned(h))):
+            for i, p in _inward(k, wrench_of(turned(h)), self.frames.wrench_inward):
                 result[i][k] = result[k][i] = p.moment[2]
         return result
 
@@ -90,11 +82,12 @@ class Formulation:
             omega, velocity = twists[k]
             p = turned(h)
             above = total(wrench_of(spun(omega, p)), axis_wrench(d))
-            for i, column in self._wrenches_inward(k, above):
+            for i, column in _inward(k, above, self.frames.wrench_inward):
                 result[i][k] = column.moment[2]
             b = moment_of_moving_transpose(omega, velocity, h, d)
-            row = zip(self._wrenches_inward(k, wrench_of(p)), self._vectors_inward(k, b))
-            for (i, momentum), (_, transpose) in row:
+            momenta = _inward(k, wrench_of(p), self.frames.wrench_inward)
+            for (i, momentum), (_, transpose) in zip(
+                    momenta, _inward(k, b, self.frames.inward)):
                 if i < k:
                     change = pair(derivative_of_axis(*twists[i]), momentum)
                     result[k][i] = change + transpose[2]
@@ -157,9 +150,10 @@ class Formulation:
         for r, composite in enumerate(self.composites):
             p = turned(composite)
             for b in range(r, -1, -1):
-                for i, column in self._wrenches_inward(b, axis_wrench(p)):
+                for i, column in _inward(b, axis_wrench(p), self.frames.wrench_inward):
                     h[i][b][r] = h[i][r][b] = column.moment[2]
-                for a, moment in self._vectors_inward(b, axis_moment_of_transpose(p)):
+                moments = _inward(b, axis_moment_of_transpose(p), self.frames.inward)
+                for a, moment in moments:
                     h[b][a][r] = h[b][r][a] = moment[2]
                     if b < r:
                         h[r][a][b] = h[r][b][a] = -moment[2]
@@ -187,7 +181,7 @@ class Formulation:
             twice = tuple(x + x for x in axes[k])
             above = total(acceleration_wrench(changes[k], h), wrench_of(spun(twice, d)))
             above = total(above, Wrench(*(about_axis(v) for v in exerted[k])))
-            for i, column in self._wrenches_inward(k, above):
+            for i, column in _inward(k, above, self.frames.wrench_inward):
                 result[i][k] = column.moment[2]
             p, relative = turned(h), axis_moment_of_transpose(d)
             for i in range(k - 1, -1, -1):
@@ -247,12 +241,6 @@ class Formulation:
 
     def _torques(self, accelerations: list[Acceleration]) -> list[Scalar]:
         return [w.moment[2] for w in self._wrenches(accelerations)]
-
-    def _wrenches_inward(self, k: int, w: Wrench) -> Iterator[tuple[int, Wrench]]:
-        return _inward(k, w, self.frames.wrench_inward)
-
-    def _vectors_inward(self, k: int, vector: Vector) -> Iterator[tuple[int, Vector]]:
-        return _inward(k, vector, self.frames.inward)
 
 
 def _inward(k: int, x: _T, move: Callable[[int, _T], _T]) -> Iterator[tuple[int, _T]]:
