@@ -14,26 +14,9 @@ def staged(folder: str | Path, name: str = '') -> Iterator[Path]:
     """
     Provide a hidden folder whose contents move into a target folder when the block succeeds.
 
-    Existing files of the same names are replaced, other files in the target folder stay. After an
-    exception nothing has changed.
-
-    Parameters
-    ----------
-    folder : Path
-        Target folder; created with its parents if missing.
-    name : str
-        The file or folder in it that error messages mention, if there is only one.
-
-    Yields
-    ------
-    Path
-        The hidden folder, on the file system of the target.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If anything cannot be written.
-
+    The target is created with its parents if missing. Existing files of the same names are
+    replaced, other files in it stay. After an exception nothing has changed. Error messages name
+    the target, or the ``name`` in it.
     """
     folder = Path(folder).resolve()
     try:

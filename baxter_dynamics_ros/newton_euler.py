@@ -17,34 +17,21 @@ from .model.parameters import ArmParameters, Payload
 def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,
                 mount: Array) -> pin.Model:
     """
-    Build the Pinocchio model of one arm.
+    Build the Pinocchio model of one arm, with a frame named ``hand``.
 
-    Parameters
-    ----------
-    parameters : ArmParameters
-        Link parameters.
-    payload : Payload
-        Payload of the hand.
-    gravity : ndarray (3,)
-        Gravity vector in the base frame [m/s^2].
-    mount : ndarray (4, 4)
-        Pose of frame {0} in the base frame.
-
-    Returns
-    -------
-    pinocchio.Model
-        With a frame named ``hand``.
-
+    ``gravity`` (3,) [m/s^2] and ``mount`` (4, 4), the pose of frame {0}, are in the base frame.
     """
     model = pin.Model()
     model.gravity.linear = np.array(gravity)
     joint = 0
     placement = pin.SE3(np.array(mount))  # of the joint frame at q = 0
     for i, name in enumerate(JOINTS):
-        placement = placement * _rotation_z(parameters.theta_offset[i])
+        placement = placement * pin.SE3(pin.utils.rotate('z', parameters.theta_offset[i]),
+                                        np.zeros(3))
         joint = model.addJoint(joint, pin.JointModelRZ(), placement, name)
         # From the rotating frame to the paper's link frame: the rest of eq. (2).
-        placement = _link_frame(parameters.d[i], parameters.a[i], parameters.alpha[i])
+        placement = pin.SE3(pin.utils.rotate('x', parameters.alpha[i]),
+                            np.array([parameters.a[i], 0.0, parameters.d[i]]))
         body = pin.Inertia(parameters.mass[i], parameters.center_of_mass[i],
                            parameters.inertia[i])
         model.appendBodyToJoint(joint, body, placement)
@@ -55,15 +42,7 @@ def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,
 
 
 class NewtonEuler:
-    """
-    Recursive Newton-Euler inverse dynamics with the parameters of a ``BaxterArm``.
-
-    Parameters
-    ----------
-    arm : BaxterArm
-        Source of parameters, payload, gravity and mount.
-
-    """
+    """Recursive Newton-Euler inverse dynamics with the parameters of a ``BaxterArm``."""
 
     def __init__(self, arm: BaxterArm) -> None:
         self.model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
@@ -83,11 +62,3 @@ class NewtonEuler:
         else:
             pin.rneaInParallel(1, self._pool, *(x.T for x in states), tau.T)
         return tau.reshape(q.shape)
-
-
-def _rotation_z(angle: float) -> pin.SE3:
-    return pin.SE3(pin.utils.rotate('z', angle), np.zeros(3))
-
-
-def _link_frame(d: float, a: float, alpha: float) -> pin.SE3:
-    return pin.SE3(pin.utils.rotate('x', alpha), np.array([a, 0.0, d]))

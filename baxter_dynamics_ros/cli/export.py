@@ -11,16 +11,16 @@ from .paths import output_folder
 from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
-from ..export import c, latex, matlab, python, urdf
+from ..export import latex, matlab, sources, urdf
 from ..export.base_table import base_table
-from ..export.legend import MARK
+from ..export.common import MARK
 from ..files import write_files
 from ..model.exceptions import BaxterDynamicsError
 
 Exporter = Callable[[PredictorSettings, str], dict[str, str]]
 LANGUAGES: dict[str, Exporter] = {
-    'c': lambda settings, command: c.files(settings.model.arm, command),
-    'python': lambda settings, command: python.files(settings.model.arm, command),
+    'c': lambda settings, command: sources.c_files(settings.model.arm, command),
+    'python': lambda settings, command: sources.python_files(settings.model.arm, command),
     'matlab': lambda settings, command: matlab.files(settings.model.arm, command),
     'latex': lambda settings, command: latex.files(settings.model.arm, command),
     'urdf': lambda settings, command: urdf.files(settings.model.arm, command, settings.arm,

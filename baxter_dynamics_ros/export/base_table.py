@@ -2,7 +2,7 @@
 
 from textwrap import fill
 
-from .legend import FRAMES
+from .common import FRAMES
 from ..model.arm import BaxterArm
 from ..model.base_parameters import TILTED_NAMES
 from ..model.joints import JOINTS, N_JOINTS
@@ -28,15 +28,15 @@ def base_table(arm: BaxterArm) -> str:
     """Return the base parameters of an arm, 43, or 45 where its base is tilted, as text."""
     values = arm.base_parameters.tolist()
     lines = [fill(text.replace('{count}', str(len(values))), 99) for text in _HEAD]
-    before = None
+    before = ''
     for name, value in zip(TILTED_NAMES, values):
-        element, link = name[:-1], int(name[-1])
+        element, link, joint = name[:-1], name[-1], JOINTS[int(name[-1]) - 1]
         if link != before:
-            lines.append(f'\nlink {link}, turned by {JOINTS[link - 1]}')
+            lines.append(f'\nlink {link}, turned by {joint}')
             before = link
-        unit = 'kg m' if element[0] == 'h' else 'kg m^2'
-        meaning = _MEANINGS[element].format(joint=JOINTS[link - 1])
-        lines.append(f'{name:<5}{value:>14.7g} {unit:<7} = {composition(name):<25} {meaning}')
+        unit, meaning = 'kg m' if element[0] == 'h' else 'kg m^2', _MEANINGS[element]
+        lines.append(f'{name:<5}{value:>14.7g} {unit:<7} = {composition(name):<25} '
+                     + meaning.format(joint=joint))
     return '\n'.join(lines)
 
 

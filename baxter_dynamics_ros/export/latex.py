@@ -1,26 +1,25 @@
 """Export as an article in LaTeX: G and the diagonal of M, with their definitions."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 import re
 
 import numpy as np
 
-from .generated import bodies, names
-from .legend import head, parameters
-from ..model._closed_form import PARAMETERS
+from .common import bodies, head, names, parameters
 from ..model.arm import BaxterArm
 from ..model.joints import JOINTS, N_JOINTS
 
-_ESCAPES = {**{character: f'\\{character}' for character in '#$%&_{}'},
-            '^': r'\textasciicircum{}', '~': r'\textasciitilde{}', '<': r'\textless{}',
-            '>': r'\textgreater{}', '|': r'\textbar{}', '"': "''"}
+_ESCAPES = str.maketrans({
+    **{character: f'\\{character}' for character in '#$%&_{}'}, '^': r'\textasciicircum{}',
+    '~': r'\textasciitilde{}', '<': r'\textless{}', '>': r'\textgreater{}', '|': r'\textbar{}',
+    '"': "''", '`': ''})
 # Names with another letter in LaTeX.
 _LETTERS = {'izz': ('I', 'zz'), 'up': ('u', ''), 'hx': ('h', 'x'), 'hy': ('h', 'y'),
             **{element: ('J', element) for element in ('xx', 'yy', 'xy', 'xz', 'yz')}}
 _QUARTER = r' + \pi/2'
 _BLOCKS = 3  # of the table of parameters, side by side
 
-_Formula = tuple[str, str]  # symbol in LaTeX, expression in Python
+_Formulas = dict[str, str]  # symbol in LaTeX -> expression in Python
 
 _START = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[margin=22mm]{geometry}
@@ -60,21 +59,20 @@ of link 1 about its joint. In frame $\{0\}$ the gravity vector is $(-u_x, -u_y, 
 
 def files(arm: BaxterArm, command: str) -> dict[str, str]:
     """Return the exported file: its name -> its text."""
-    definitions, results = _formulas()
-    used = names(value for _, value in (*definitions, *results))
-    text = _START
-    for field, value in (('about', _escaped(' '.join(head(arm, command)).replace('`', ''))),
-                         ('joints', ', '.join(JOINTS)), ('links', '\n'.join(_links(arm)))):
-        text = text.replace(f'<{field}>', value)
+    definitions, gravity, diagonal = _formulas()
+    used = names([*definitions.values(), *gravity.values(), *diagonal.values()])
+    about = head(arm, command)
+    start = (_START.replace('<about>', ' '.join(about).translate(_ESCAPES))
+             .replace('<joints>', ', '.join(JOINTS)).replace('<links>', '\n'.join(_links(arm))))
     return {'baxter_dynamics.tex': '\n'.join([
-        f'% {head(arm, command)[0]}', text, *_parameter_table(arm, used),
+        f'% {about[0]}', start, *_parameter_table(arm, used),
         '\\begin{multicols}{2}', '\\section{Definitions}', *_lines(definitions),
-        '\\section{Gravity torques}', *_lines(results[:N_JOINTS]),
-        '\\section{Diagonal of the mass matrix}', *_lines(results[N_JOINTS:]),
+        '\\section{Gravity torques}', *_lines(gravity),
+        '\\section{Diagonal of the mass matrix}', *_lines(diagonal),
         '\\end{multicols}', '\\end{document}\n'])}
 
 
-def _formulas() -> tuple[list[_Formula], list[_Formula]]:
+def _formulas() -> tuple[_Formulas, _Formulas, _Formulas]:
     """
     Return the definitions, and G and the diagonal of M in terms of them.
 
@@ -82,39 +80,38 @@ def _formulas() -> tuple[list[_Formula], list[_Formula]]:
     """
     statements, results = bodies()['terms']
     current: dict[str, str] = {}
-    unique: list[_Formula] = []
-    for i, (target, value) in enumerate(statements):
-        unique.append((f'_t{i}', _renamed(value, current)))
-        current[target] = f'_t{i}'
-    wanted = [(f'G_{{{i + 1}}}', results[i - N_JOINTS]) for i in range(N_JOINTS)]
-    wanted += [(f'M_{{{i + 1}{i + 1}}}', results[i * (N_JOINTS + 1)]) for i in range(N_JOINTS)]
-    wanted = [(target, _renamed(value, current)) for target, value in wanted]
+    unique: _Formulas = {}
+    for target, value in statements:
+        name = f'_t{len(unique)}'
+        unique[name] = _renamed(value, current)
+        current[target] = name
+    wanted = [_renamed(value, current) for value in
+              (*results[-N_JOINTS:], *results[:N_JOINTS ** 2:N_JOINTS + 1])]
     needed = _words(wanted)
-    kept: list[_Formula] = []
-    for formula in reversed(unique):
-        if formula[0] in needed:
-            needed |= _words([formula])
-            kept.insert(0, formula)
-    numbers = {target: f't{i + 1}' for i, (target, _) in enumerate(kept)}
-    return ([(symbol(numbers[target]), _renamed(value, numbers)) for target, value in kept],
-            [(target, _renamed(value, numbers)) for target, value in wanted])
+    for name in reversed(unique):
+        if name in needed:
+            needed |= _words([unique[name]])
+    kept = [name for name in unique if name in needed]
+    numbers = {name: f't{i}' for i, name in enumerate(kept, 1)}
+    wanted = [_renamed(value, numbers) for value in wanted]
+    return ({symbol(number): _renamed(unique[name], numbers) for name, number in numbers.items()},
+            {f'G_{{{i}}}': value for i, value in enumerate(wanted[:N_JOINTS], 1)},
+            {f'M_{{{i}{i}}}': value for i, value in enumerate(wanted[N_JOINTS:], 1)})
 
 
-def _words(formulas: Iterable[_Formula]) -> set[str]:
-    return {word for _, value in formulas for word in re.findall(r'\w+', value)}
+def _words(values: Iterable[str]) -> set[str]:
+    return set(re.findall(r'\w+', ' '.join(values)))
 
 
 def _renamed(value: str, new: dict[str, str]) -> str:
     return re.sub(r'\w+', lambda word: new.get(word[0], word[0]), value)
 
 
-def _lines(formulas: Iterable[_Formula]) -> list[str]:
-    return [f'\\where{{{target}}}{{{_latex(value)}}}' for target, value in formulas]
-
-
-def _latex(value: str) -> str:
-    value = re.sub(r'\((\w+) \+ \1\)', r'2 * \1', value)
-    return re.sub(r'[a-z]\w*', lambda word: symbol(word[0]), value).replace(' * ', r'\,')
+def _lines(formulas: _Formulas) -> Iterator[str]:
+    for target, value in formulas.items():
+        value = re.sub(r'\((\w+) \+ \1\)', r'2 * \1', value)
+        value = re.sub(r'[a-z]\w*', lambda word: symbol(word[0]), value).replace(' * ', r'\,')
+        yield f'\\where{{{target}}}{{{value}}}'
 
 
 def symbol(name: str) -> str:
@@ -131,14 +128,10 @@ def _links(arm: BaxterArm) -> list[str]:
             for i, joint in enumerate(JOINTS)]
 
 
-def _escaped(text: str) -> str:
-    return ''.join(_ESCAPES.get(character, character) for character in text)
-
-
 def _parameter_table(arm: BaxterArm, used: set[str]) -> list[str]:
     """Return the parameters with value and unit, in columns that are read downwards."""
     cells = [f'${symbol(p.name)}$ & ${_number(p.value)}$ & {p.unit.replace("^2", "$^2$")}'
-             for p in parameters(arm) if p.name in used & set(PARAMETERS)]
+             for p in parameters(arm) if p.name in used]
     height = -(-len(cells) // _BLOCKS)
     cells += [' & & '] * (_BLOCKS * height - len(cells))
     return [r'\begin{center}\footnotesize\setlength{\tabcolsep}{3pt}',

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from math import prod
+from textwrap import wrap
 
 import numpy as np
 
-from .generated import bodies, folded, names
-from .legend import FRAMES, head, LABELS, parameters
+from .common import bodies, FRAMES, head, LABELS, names, parameters
 from ..model._closed_form import FUNCTIONS, PARAMETERS
 from ..model.arm import BaxterArm
 
@@ -83,12 +83,13 @@ def _rows(name: str) -> Iterator[int]:
 
 def _statement(target: str, value: str) -> str:
     text = value.replace(' * ', ' .* ').replace(' / ', ' ./ ')
-    return folded(f'    {target} = {text};', _WIDTH, ' ' * 8, ' ...')
+    return ' ...\n'.join(wrap(f'    {target} = {text};', _WIDTH - 4, subsequent_indent=' ' * 8))
 
 
 def _help(title: str, *paragraphs: str) -> list[str]:
     """Return comment lines, which `help` shows."""
     lines = [f'%{title}']
     for paragraph in paragraphs:
-        lines += [f'%   {line}'.rstrip() for line in folded(paragraph, _WIDTH, '  ').split('\n')]
+        lines += [f'%   {line}'.rstrip() for line in wrap(
+            paragraph, _WIDTH, subsequent_indent='  ', break_on_hyphens=False) or ['']]
     return lines

@@ -1,20 +1,22 @@
 """Fixtures of the export tests: exported files, states, and the model's results."""
 
-from importlib import import_module
 import subprocess
 
+from baxter_dynamics_ros.export import latex, matlab, sources
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 import numpy as np
 import pytest
+
+EXPORTS = {'c': sources.c_files, 'python': sources.python_files, 'matlab': matlab.files,
+           'latex': latex.files}
 
 
 @pytest.fixture
 def export(tmp_path):
     """Return a function that writes an arm's files to tmp_path: their paths, by name."""
     def write(language, arm):
-        module = import_module(f'baxter_dynamics_ros.export.{language}')
         paths = {}
-        for name, text in module.files(arm, 'baxter_dynamics export').items():
+        for name, text in EXPORTS[language](arm, 'baxter_dynamics export').items():
             paths[name] = tmp_path / name
             paths[name].parent.mkdir(exist_ok=True)
             paths[name].write_text(text, encoding='utf-8')

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from baxter_dynamics_ros import BaxterArm, joint_names
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.export import urdf
-from baxter_dynamics_ros.export.legend import parameters
+from baxter_dynamics_ros.export.common import parameters
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 import numpy as np
 import pytest

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.export.legend import parameters
+from baxter_dynamics_ros.export.common import parameters
 import numpy as np
 import pytest
 

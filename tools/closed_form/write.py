@@ -6,7 +6,7 @@ from pathlib import Path
 from string import Template
 from textwrap import fill, indent, wrap
 
-from baxter_dynamics_ros.export.legend import LABELS, meaning
+from baxter_dynamics_ros.export.common import LABELS, meaning
 
 from .derivation import program_of
 from .program import Program, Value, Writer

@@ -1,5 +1,10 @@
-"""What every exported file explains: the robot's parameters, the conventions, the source."""
+"""Sources of all exports: the generated functions, an arm's parameters, explanations."""
 
+import ast
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+import re
 from typing import NamedTuple
 
 from ..model import _closed_form
@@ -7,6 +12,7 @@ from ..model.arm import BaxterArm
 from ..model.base_parameters import TILTED_NAMES
 from ..model.joints import JOINTS
 
+PATH = Path(_closed_form.__file__)
 # Begins the head of every exported file.
 MARK = 'Written by baxter_dynamics export'
 LABELS = {'q': 'joint positions [rad]', 'qd': 'joint velocities [rad/s]',
@@ -70,3 +76,29 @@ def meaning(name: str) -> tuple[str, str]:
         function = 'sine' if name[0] == 's' else 'cosine'
         return '1', f'{function} of Denavit-Hartenberg alpha of link 7'
     return 'm', f'Denavit-Hartenberg {name[0]} of link {name[1]}'
+
+
+class Body(NamedTuple):
+    """The body of a generated function, after its inputs have names; expressions are text."""
+
+    statements: list[tuple[str, str]]  # name, value; names are reused
+    results: list[str]  # row by row, one after the other
+
+
+@cache
+def bodies() -> dict[str, Body]:
+    """Return the bodies of the generated functions by name."""
+    result = {}
+    for function in ast.parse(PATH.read_text(encoding='utf-8')).body:
+        if isinstance(function, ast.FunctionDef):
+            statements = [(statement.targets[0].id, ast.unparse(statement.value))
+                          for statement in function.body if isinstance(statement, ast.Assign)
+                          and isinstance(statement.targets[0], ast.Name)]
+            returned = ast.unparse(function.body[-1]).removeprefix('return ')
+            result[function.name] = Body(statements, returned.strip('()').split(', '))
+    return result
+
+
+def names(expressions: Iterable[str]) -> set[str]:
+    """Return the names that expressions read."""
+    return set(re.findall(r'[a-z]\w*', ' '.join(expressions)))
