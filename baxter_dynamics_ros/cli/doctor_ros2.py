@@ -8,7 +8,7 @@ import numpy as np
 from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import JointState
 
-from .doctor_robot import Check
+from .doctor import Check
 from .listener import Listener
 from ..model.joints import JOINTS
 from ..nodes import topics

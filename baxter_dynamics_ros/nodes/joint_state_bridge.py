@@ -2,7 +2,6 @@
 
 import os
 import sys
-import threading
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -16,10 +15,9 @@ from .process import run
 from .ros_parameters import ParameterNode
 from ..estimation.setting import Setting
 from ..model.exceptions import ArgumentError
-from ..ros1 import joint_state
-from ..ros1.errors import Ros1Error
+from ..ros1 import wire
 from ..ros1.source import Source
-from ..ros1.subscriber import SILENCE, Subscriber
+from ..ros1.subscriber import Subscriber
 
 CLOCKS = ('local', 'robot', 'receipt')
 
@@ -27,7 +25,7 @@ CLOCKS = ('local', 'robot', 'receipt')
 class JointStateBridge(ParameterNode):
     """Republishes the joint states of a ROS 1 robot in ROS 2; never publishes to the robot."""
 
-    _is_subscribed = False
+    _subscriber: Subscriber | None = None  # None after an invalid parameter
 
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
@@ -45,36 +43,33 @@ class JointStateBridge(ParameterNode):
         if not master_uri:
             raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
                                 '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
-        self._lock = threading.Lock()
         self._topics = {name: self._publisher(name) for name in names}
         try:
             self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
                                           self.get_logger().info)
-        except Ros1Error as error:
+        except wire.Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
+        subscriber = self._subscriber
         DiagnosticUpdater(self, 'baxter', lambda period: {
-            'master': self._master_status(),
-            **{topic: self._topic_status(topic, period) for topic in self._topics}})
+            'master': _master_status(subscriber),
+            **{topic: self._topic_status(subscriber, topic, period) for topic in self._topics}})
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
-        self._is_subscribed = True
-        self._subscriber.start()
 
     def destroy_node(self) -> None:
         """Unregister from the master, then destroy the node."""
-        if self._is_subscribed:  # otherwise a parameter was invalid
-            self._subscriber.stop()
+        if self._subscriber is not None:
+            self._subscriber.close()
         super().destroy_node()
 
-    def _on_joint_state(self, topic: str, source: Source, state: joint_state.JointState,
+    def _on_joint_state(self, topic: str, source: Source, state: wire.JointState,
                         arrival_ns: int) -> None:
-        """Publish a joint state; called from one thread per publisher."""
+        """Publish a joint state; called from one thread at a time."""
         message = JointState(name=state.name, position=state.position, velocity=state.velocity,
                              effort=state.effort)
         message.header.frame_id = state.frame_id
         set_stamp(message.header, self._stamp(source, state.stamp_ns, arrival_ns))
-        with self._lock:
-            if self.context.ok():
-                self._topics[topic].publish(message)
+        if self.context.ok():
+            self._topics[topic].publish(message)
 
     def _stamp(self, source: Source, stamp_ns: int, arrival_ns: int) -> int:
         if self._clock_mode == 'robot':
@@ -83,33 +78,22 @@ class JointStateBridge(ParameterNode):
             return arrival_ns
         return stamp_ns + source.clock.offset_ns
 
-    def _master_status(self) -> Status:
-        subscriber = self._subscriber
-        values: dict[str, object] = {
-            'address': subscriber.master.address,
-            'reachable from the master': subscriber.is_called,
-            'malformed headers and messages': subscriber.malformed,
-            'reconnections': subscriber.reconnections}
-        if subscriber.problem is not None:
-            return Status(ERROR, str(subscriber.problem), values)
-        return Status(OK, f'connected to {subscriber.master.endpoint.uri}', values)
-
-    def _topic_status(self, topic: str, period: float) -> Status:
-        sources = self._subscriber.sources(topic)
+    def _topic_status(self, subscriber: Subscriber, topic: str, period: float) -> Status:
+        sources = subscriber.sources(topic)
         for source in sources:
             source.close_period(period)
-        is_silent = self._subscriber.silent_for(topic) > SILENCE
-        problems = self._subscriber.problems(topic)
+        problems = list(dict.fromkeys(map(str, subscriber.problems(topic))))
         others = self.count_publishers(topic) - 1
         status = Status(OK, f'receiving joint states on {topic}')
-        if problems or is_silent:
-            status = Status(ERROR if is_silent else WARN, '; '.join(
-                dict.fromkeys(map(str, problems))) or f'waiting for {topic}')
+        if subscriber.is_silent(topic):
+            status = Status(ERROR, '; '.join(problems) or f'waiting for {topic}')
+        elif problems:
+            status = Status(WARN, '; '.join(problems))
         elif others > 0:
             status = Status(WARN, f'{topic} has {others} other publishers in ROS 2: joint states '
                             'may arrive twice; check for a second bridge')
         status.values = {
-            'publishers': len(self._subscriber.connections(topic)),
+            'publishers': len(subscriber.connections(topic)),
             'other publishers in ROS 2': others,
             **{f'{source.publisher} {key}': value for source in sources for key, value in (
                 ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
@@ -127,6 +111,17 @@ class JointStateBridge(ParameterNode):
             pass
         raise ArgumentError('topics', f'expected full topic names such as {topics.JOINT_STATES}, '
                             f'got {topic!r}')
+
+
+def _master_status(subscriber: Subscriber) -> Status:
+    master = subscriber.master
+    values: dict[str, object] = {
+        'address': master.address, 'reachable from the master': subscriber.is_called,
+        'malformed headers and messages': subscriber.malformed,
+        'reconnections': subscriber.reconnections}
+    if subscriber.problem is not None:
+        return Status(ERROR, str(subscriber.problem), values)
+    return Status(OK, f'connected to http://{master.host}:{master.port}/', values)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,70 +1,101 @@
-"""Read-only client of a ROS 1 master."""
+"""Read-only XML-RPC client of a ROS 1 master and its nodes, with bounded answers."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from http.client import HTTPConnection
+import os
+import re
+import socket
+from typing import Any, TypeVar
+import xmlrpc.client
 
-from .errors import Stage
-from .network import connect, Endpoint, endpoint, local_address, resolve
-from .rpc import call, texts
+from .wire import connect, connection_error, Ros1Error, TIMEOUT
+
+MASTER_PORT = 11311
+# The only requests this package can send: it cannot publish, call a service or set a parameter.
+METHODS = frozenset({'getSystemState', 'getTopicTypes', 'lookupNode', 'registerSubscriber',
+                     'unregisterSubscriber', 'requestTopic'})
+MAX_ANSWER = 4 * 1024 * 1024  # [bytes]; a Baxter's system state has about 0.1 MB
 
 _Value = TypeVar('_Value')
 
 
-class SystemState(NamedTuple):
-    """Names of the publishers and subscribers of each topic."""
-
-    publishers: dict[str, tuple[str, ...]]
-    subscribers: dict[str, tuple[str, ...]]
-
-
 class Master:
-    """
-    Read-only client of a ROS 1 master; its methods raise Ros1Error.
-
-    Parameters
-    ----------
-    uri : str
-        URI of the master, such as ``http://011303P0017.local:11311``.
-    caller_id : str
-        Name of this node.
-
-    """
+    """Read-only client of the ROS 1 master at a URI; its methods raise Ros1Error."""
 
     def __init__(self, uri: str, caller_id: str) -> None:
-        self.endpoint = endpoint(uri)
+        self.host, self.port = endpoint(uri)
         self.address = ''  # empty before the first locate()
         self._caller_id = caller_id
 
     def locate(self) -> str:
-        """Find and test the master's address; return this machine's address on that route."""
-        address = resolve(self.endpoint.host)
-        connect(address, self.endpoint.port).close()
+        """Find the master's address; return the host under which it reaches this machine."""
+        address = resolve(self.host)
+        with connect(address, self.port) as connection:
+            local = str(connection.getsockname()[0])
         self.address = address
-        return local_address(address)
+        return os.environ.get('ROS_HOSTNAME') or os.environ.get('ROS_IP') or local
 
-    def system_state(self) -> SystemState:
-        """Return the publishers and subscribers of all topics."""
-        return self._call(lambda value: SystemState(*(
-            {str(topic): texts(nodes) for topic, nodes in value[side]} for side in (0, 1))),
-            'getSystemState')
+    def system_state(self) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+        """Return the names of the publishers and of the subscribers of each topic."""
+        def names(side: Any) -> dict[str, list[str]]:
+            return {str(topic): list(map(str, nodes)) for topic, nodes in side}
+        return self.ask('getSystemState', parse=lambda value: (names(value[0]), names(value[1])))
 
     def topic_types(self) -> dict[str, str]:
         """Return the type of each topic known to the master."""
-        return self._call(lambda value: {pair[0]: pair[1] for pair in map(texts, value)},
-                          'getTopicTypes')
+        return self.ask('getTopicTypes', parse=lambda value: {
+            str(topic): str(kind) for topic, kind in value})
 
-    def register(self, topic: str, caller_api: str) -> tuple[str, ...]:
-        """
-        Register a subscription and return the URIs of the topic's publishers.
+    def ask(self, method: str, *arguments: str, parse: Callable[[Any], _Value]) -> _Value:
+        """Call a method of the master and return its parsed value."""
+        return call(self.address or resolve(self.host), self.port, 'master', parse, method,
+                    self._caller_id, *arguments)
 
-        The type is ``*``: the master then stores no type for a topic without publishers.
-        """
-        return self._call(texts, 'registerSubscriber', topic, '*', caller_api)
 
-    def unregister(self, topic: str, caller_api: str) -> None:
-        """Unregister a subscription."""
-        self._call(lambda value: None, 'unregisterSubscriber', topic, caller_api)
+def endpoint(uri: str) -> tuple[str, int]:
+    """Return the host and port of a URI such as ``http://host:11311/``, or raise Ros1Error."""
+    found = re.fullmatch(r'http://([^:/]+)(?::(\d{1,5}))?(?:/.*)?', uri)
+    if found is None:
+        raise Ros1Error('name', f'{uri!r} is not the URI of a ROS 1 master or node',
+                        f'expected http://HOST:{MASTER_PORT}')
+    return found[1], int(found[2] or MASTER_PORT)
 
-    def _call(self, parse: Callable[[Any], _Value], method: str, *arguments: str) -> _Value:
-        server = Endpoint(self.address or resolve(self.endpoint.host), self.endpoint.port)
-        return call(server, Stage.MASTER, parse, method, self._caller_id, *arguments)
+
+def resolve(host: str) -> str:
+    """Return the IPv4 address of a host; raise Ros1Error if the name does not resolve."""
+    try:
+        return str(socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_STREAM)[0][4][0])
+    except (OSError, UnicodeError):  # UnicodeError: a label of more than 63 characters
+        raise Ros1Error(
+            'name', f'{host} does not resolve to an address',
+            "use the robot's IP address, add the name to /etc/hosts, or, for a name in .local, "
+            'install avahi-daemon and libnss-mdns') from None
+
+
+def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], method: str,
+         *arguments: Any) -> _Value:
+    """Call a method of a ROS 1 master or node and return its parsed value, or raise Ros1Error."""
+    if method not in METHODS:
+        raise ValueError(f'{method}: this client is read-only')
+    connection = HTTPConnection(address, port, timeout=TIMEOUT)
+    try:
+        connection.request('POST', '/', xmlrpc.client.dumps(arguments, method).encode(),
+                           {'Content-Type': 'text/xml'})
+        data = connection.getresponse().read(MAX_ANSWER + 1)
+        if len(data) > MAX_ANSWER:
+            raise ValueError(f'an answer of more than {MAX_ANSWER} bytes')
+        answer: Any = xmlrpc.client.loads(data)[0][0]
+        code, message, value = answer
+        if code == 1:
+            return parse(value)
+    except OSError as error:
+        raise connection_error(address, port, error) from None
+    except Exception as error:  # arbitrary answers make xmlrpc and parse raise of all kinds
+        kind = 'master' if stage == 'master' else 'node'
+        reason = f'{type(error).__name__}: {" ".join(str(error).split())[:100]}'.rstrip(': ')
+        raise Ros1Error(stage, f'http://{address}:{port}/ is not a ROS 1 {kind} ({reason})',
+                        "check host and port; the port of Baxter's master is 11311") from None
+    finally:
+        connection.close()
+    raise Ros1Error(stage, f'{method} on http://{address}:{port}/ failed ({str(message)[:200]})',
+                    "look at the robot's log")

@@ -1,53 +1,55 @@
 """Subscriber to topics of a ROS 1 robot, connected to every publisher of each topic."""
 
 from collections.abc import Callable, Iterable
+from contextlib import closing
+from dataclasses import dataclass, field
 import os
 import random
 import threading
 import time
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
-from .callbacks import CallbackServer
-from .connection import Connection
-from .errors import Ros1Error, Stage
-from .joint_state import JointState
-from .master import Master
-from .network import resolve
+from .master import call, endpoint, Master, resolve
 from .source import Source
+from .wire import JointState, Malformed, parse, Ros1Error, Stream
 
-PERIOD = 1.0  # [s], between polls of the master
-PATIENCE = 5.0  # [s], between registrations while a publisher cannot be reached
-SILENCE = 2.0  # [s] without a message before the topic is reported as silent
-MAX_PUBLISHERS = 64  # per topic
+PERIOD = 1.0  # time between polls of the master [s]
+SILENCE = 2.0  # time without a message before a topic is reported as silent [s]
+FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # [s], before reconnecting: doubled after each failure
 
 OnMessage = Callable[[str, Source, JointState, int], None]
 
 
+@dataclass(eq=False)
+class Connection:
+    """Connection to one publisher of a topic, which one thread keeps up until it is ended."""
+
+    topic: str
+    uri: str
+    publisher: str = ''  # name; empty before the first connection
+    stream: Stream | None = None  # None while not connected
+    heard: float = 0.0  # monotonic time of the last message, or of the connection [s]
+    pause: float = FIRST_PAUSE  # before reconnecting [s]
+    problem: Ros1Error | None = None  # why it is not connected
+    ended: threading.Event = field(default_factory=threading.Event)
+
+    def end(self) -> None:
+        """Close the connection for good."""
+        self.ended.set()
+        if (stream := self.stream) is not None:
+            stream.interrupt()
+
+
 class Subscriber:
     """
-    Subscriber to topics of ``sensor_msgs/JointState``.
+    Subscriber to topics of ``sensor_msgs/JointState``; begins at once, in threads of its own.
 
-    A thread polls the master once a second. It registers again when the master has restarted, and
-    when the publishers of a topic have changed. Between polls, the master calls back.
-
-    Parameters
-    ----------
-    master_uri : str
-        URI of the master, such as ``http://011303P0017.local:11311``.
-    topics : iterable of str
-        Names of the topics.
-    on_message : callable
-        Called with topic, :class:`Source`, :class:`JointState` and time of arrival [ns], from
-        one thread per publisher.
-    log : callable
-        Called with each log line.
-    name : str
-        Prefix of this node's name; the rest makes it unique on the master.
-
-    Raises
-    ------
-    Ros1Error
-        If the URI is malformed.
-
+    One thread polls the master once a second, and whenever the master calls: it registers topics
+    that the master does not know, and keeps a connection to each of their publishers.
+    ``on_message`` is called with topic, :class:`Source`, :class:`JointState` and time of arrival
+    [ns], from one thread at a time, and ``log`` with each log line. Raises Ros1Error if the URI
+    of the master is malformed.
     """
 
     def __init__(self, master_uri: str, topics: Iterable[str], on_message: OnMessage,
@@ -56,158 +58,168 @@ class Subscriber:
         self.master = Master(master_uri, self.name)
         self.topics = tuple(topics)
         self.problem: Ros1Error | None = None  # failure of the last poll of the master
+        self.is_called = False  # whether the master has reached this node
+        self.malformed = 0  # number of malformed headers and messages
+        self.reconnections = 0  # number of connections after the first to each publisher
         self._on_message = on_message
         self._log = log
-        self._lock = threading.Lock()
-        self._connections: dict[tuple[str, str], Connection] = {}
-        self._sources: dict[tuple[str, str], Source] = {}
-        self._reconnections = self._malformed = 0  # of closed connections
+        self._connections: dict[tuple[str, str], Connection] = {}  # by topic and URI
+        self._sources: dict[tuple[str, str], Source] = {}  # by topic and name
         self._substituted: dict[str, str] = {}  # hosts replaced by the master's address
-        self._publishers: dict[str, tuple[str, ...]] = {}  # topic -> names at the registration
-        self._registered: dict[str, float] = {}  # topic -> monotonic time [s]
         self._api = ''  # URI of this node's callback server
         self._probed = float('inf')  # monotonic time of the reachability probe [s]
-        self._callbacks = CallbackServer(self._on_update)
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True, name='ros1 master')
+        self._lock = threading.Lock()  # of deliveries and counts
+        self._ended, self._wake = threading.Event(), threading.Event()
+        self._server = SimpleXMLRPCServer(('', 0), _Handler, logRequests=False)
+        self._server.register_instance(self)
+        threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True).start()
+        self._poller = threading.Thread(target=self._run, daemon=True)
+        self._poller.start()
 
-    def start(self) -> None:
-        """Start polling the master."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Close all connections and unregister; further calls do nothing."""
-        if self._ended.is_set():
-            return
-        self._ended.set()
+    def close(self) -> None:
+        """Close all connections and unregister; no delivery starts after the return."""
         with self._lock:
-            for connection in self._connections.values():
-                connection.stop()
-            self._connections.clear()
-        if self._thread.is_alive():
-            self._thread.join(5.0)
-        try:
-            for topic in list(self._registered):
-                self.master.unregister(topic, self._api)
-        except Ros1Error:
-            pass  # the master is gone, and the registration with it
-        self._callbacks.close()
+            self._ended.set()
+        self._wake.set()
+        self._poller.join(5.0)
 
     def connections(self, topic: str) -> list[Connection]:
         """Return the connections to a topic's publishers."""
-        with self._lock:
-            return [each for (of, _), each in self._connections.items() if of == topic]
+        return [each for each in list(self._connections.values()) if each.topic == topic]
 
     def sources(self, topic: str) -> list[Source]:
         """Return the statistics of every publisher that has sent on a topic."""
-        with self._lock:
-            return [each for (of, _), each in self._sources.items() if of == topic]
+        return [each for (of, _), each in list(self._sources.items())
+                if of == topic and each.received]
 
     def problems(self, topic: str) -> list[Ros1Error]:
         """Return the reasons why messages of a topic do not arrive, most important first."""
         if self.problem is not None:
             return [self.problem]
         connections = self.connections(topic)
-        if topic in self._registered and not connections:
-            return [Ros1Error(Stage.TOPIC, f'{topic} is not published',
+        if self._api and not connections:
+            return [Ros1Error('topic', f'{topic} is not published',
                               'has the robot finished starting? Check the name of the topic')]
         found = [each.problem for each in connections if each.problem is not None]
-        if self.is_called is False:
+        if not self.is_called and time.monotonic() - self._probed > SILENCE:
             found.append(Ros1Error(
-                Stage.ADDRESS, f'the master does not reach this machine at {self._api}',
+                'address', f'the master does not reach this machine at {self._api}',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
                 'firewall; until then, new publishers are found later'))
-        if any(each.connected and time.monotonic() - each.since > SILENCE
-               for each in connections) and self.silent_for(topic) > SILENCE:
+        if self.is_silent(topic) and any(each.stream for each in connections):
             found.append(Ros1Error(
-                Stage.STREAM, f'nothing has arrived on {topic} for {SILENCE:g} s',
+                'stream', f'nothing has arrived on {topic} for {SILENCE:g} s',
                 'is the publisher stopped, or the network down?'))
         return found
 
-    def silent_for(self, topic: str) -> float:
-        """Return the time since the last message of a topic [s], infinite before the first."""
-        latest = max((source.arrival_ns for source in self.sources(topic)), default=0)
-        return (time.time_ns() - latest) * 1e-9 if latest else float('inf')
-
-    @property
-    def malformed(self) -> int:
-        """Return the number of malformed headers and messages."""
-        with self._lock:
-            return self._malformed + sum(each.malformed for each in self._connections.values())
-
-    @property
-    def reconnections(self) -> int:
-        """Return the number of connections after the first to each publisher."""
-        with self._lock:
-            return self._reconnections + sum(
-                max(each.connections - 1, 0) for each in self._connections.values())
-
-    @property
-    def is_called(self) -> bool | None:
-        """Return whether the master can call this node back; None until the probe has ended."""
-        if self._callbacks.called.is_set():
-            return True
-        return False if time.monotonic() - self._probed > SILENCE else None
+    def is_silent(self, topic: str) -> bool:
+        """Return whether nothing has arrived on a topic for SILENCE."""
+        return all(time.monotonic() - each.heard > SILENCE for each in self.connections(topic))
 
     def _run(self) -> None:
+        """Poll the master until stopped, then unregister."""
         while not self._ended.is_set():
+            self._wake.clear()
             try:
                 self._poll()
                 self.problem = None
             except Ros1Error as error:
                 self.problem = error
-            self._ended.wait(PERIOD)
+            if not self._ended.is_set():
+                self._wake.wait(PERIOD)
+        self._follow(set())
+        try:
+            for topic in self.topics if self._api else ():
+                self.master.ask('unregisterSubscriber', topic, self._api, parse=bool)
+        except Ros1Error:
+            pass  # the master is gone, and the registration with it
+        self._server.shutdown()
+        self._server.server_close()
 
     def _poll(self) -> None:
-        """Register topics that the master has forgotten, and whose publishers have changed."""
-        api = f'http://{self.master.locate()}:{self._callbacks.port}/'
+        api = f'http://{self.master.locate()}:{self._server.server_address[1]}/'
         moved, self._api = api != self._api, api
-        state = self.master.system_state()
+        publishers, subscribers = self.master.system_state()
+        wanted = set()
         for topic in self.topics:
-            names = state.publishers.get(topic, ())
-            connected = sum(each.connected for each in self.connections(topic))
-            overdue = (connected < len(names)
-                       and time.monotonic() - self._registered.get(topic, 0.0) > PATIENCE)
-            known = not moved and self.name in state.subscribers.get(topic, ())
-            if overdue or not known or names != self._publishers.get(topic):
-                if self._ended.is_set():
-                    return
-                self._registered[topic] = time.monotonic()
-                if not known and topic == self.topics[0]:
-                    self._probe_callback(topic)
-                self._connect(topic, self.master.register(topic, api))
-                self._publishers[topic] = names
+            if moved or self.name not in subscribers.get(topic, ()):
+                self._register(topic)
+            wanted |= {(topic, self.master.ask('lookupNode', name, parse=str))
+                       for name in publishers.get(topic, ())}
+        self._follow(wanted)
 
-    def _probe_callback(self, topic: str) -> None:
+    def _register(self, topic: str) -> None:
         """
-        Make the master call this node, to find out whether it can.
+        Register a topic, and make the master call this node, to find out whether it can.
 
-        This registers a second spelling of the callback URI. When the right one is registered
-        next, a master calls ``shutdown`` on the first, because one name belongs to one node.
+        The first topic is registered with a second spelling of the callback URI before. When the
+        right one is registered, a master calls ``shutdown`` on the first, because one name
+        belongs to one node. The type ``*`` leaves no trace of a topic without publishers.
         """
-        self._callbacks.called.clear()
-        self._probed = time.monotonic()
-        self.master.register(topic, self._api + 'RPC2')
+        uris = [self._api]
+        if topic == self.topics[0]:
+            self.is_called, self._probed = False, time.monotonic()
+            uris = [self._api + 'RPC2', self._api]
+        for uri in uris:
+            self.master.ask('registerSubscriber', topic, '*', uri, parse=bool)
 
-    def _on_update(self, topic: str, uris: tuple[str, ...]) -> None:
-        """Connect to the publishers that the master announces."""
-        if topic in self.topics:
-            self._connect(topic, uris)
+    def _dispatch(self, method: str, arguments: Any) -> tuple[int, str, int]:
+        """Answer a call of the master: the next poll finds what has changed."""
+        if method not in ('publisherUpdate', 'shutdown'):
+            return -1, 'not supported', 0
+        self.is_called = True
+        self._wake.set()
+        return 1, '', 0
 
-    def _connect(self, topic: str, uris: tuple[str, ...]) -> None:
-        """Connect to exactly these publishers of a topic."""
-        wanted = {(topic, uri) for uri in uris[:MAX_PUBLISHERS]}
-        with self._lock:
-            if self._ended.is_set():
-                return
-            present = {key for key in self._connections if key[0] == topic}
-            for key in present - wanted:
-                connection = self._connections.pop(key)
-                connection.stop()
-                self._malformed += connection.malformed
-                self._reconnections += max(connection.connections - 1, 0)
-            for key in wanted - present:
-                self._connections[key] = Connection(*key, self.name, self._address, self._deliver)
+    def _follow(self, wanted: set[tuple[str, str]]) -> None:
+        """Connect to exactly these topics and URIs of publishers."""
+        before = self._connections
+        self._connections = {key: before.get(key) or Connection(*key) for key in wanted}
+        for key, connection in before.items():
+            if key not in wanted:
+                connection.end()
+        for key in wanted - before.keys():
+            threading.Thread(target=self._keep_up, args=(self._connections[key],),
+                             daemon=True).start()
+
+    def _keep_up(self, connection: Connection) -> None:
+        """Receive messages, reconnecting until the connection is ended."""
+        while not connection.ended.is_set():
+            try:
+                self._receive(connection)
+            except Ros1Error as error:
+                connection.problem = error
+            except (OSError, EOFError, Malformed) as error:
+                with self._lock:
+                    self.malformed += isinstance(error, Malformed)
+                connection.problem = Ros1Error(
+                    'stream', f'the connection to {connection.uri} ended ({error})',
+                    'reconnecting; restart the publisher if this persists')
+            connection.stream = None
+            connection.ended.wait(connection.pause)
+            connection.pause = min(2 * connection.pause, LAST_PAUSE)
+
+    def _receive(self, connection: Connection) -> None:
+        """Connect, and deliver messages until an exception ends the connection."""
+        topic, (host, port) = connection.topic, endpoint(connection.uri)
+        host, port = call(self._address(host), port, 'publisher',
+                          lambda value: (str(value[1]), int(value[2])), 'requestTopic',
+                          self.name, topic, [['TCPROS']])
+        with closing(Stream(self._address(host), port)) as stream:
+            name = stream.subscribe(topic, self.name) or connection.uri
+            with self._lock:
+                self.reconnections += bool(connection.publisher)
+                source = self._sources.setdefault((topic, name), Source(name))
+            connection.heard = time.monotonic()
+            connection.publisher, connection.problem, connection.stream = name, None, stream
+            while not connection.ended.is_set():
+                data = stream.read()
+                arrival_ns = time.time_ns()
+                state = parse(data)
+                connection.heard, connection.pause = time.monotonic(), FIRST_PAUSE
+                with self._lock:
+                    if not self._ended.is_set() and source.take(connection.uri, state, arrival_ns):
+                        self._on_message(topic, source, state, arrival_ns)
 
     def _address(self, host: str) -> str:
         """Return the address of a host, or the master's where the name leads nowhere."""
@@ -225,11 +237,17 @@ class Subscriber:
         self._log(f'{host} {reason}: using the address of the master, {master}, for it')
         return master
 
-    def _deliver(self, connection: Connection, state: JointState, arrival_ns: int) -> None:
-        key = connection.topic, connection.publisher
-        with self._lock:
-            source = self._sources.get(key)
-            if source is None:
-                source = self._sources[key] = Source(connection.publisher)
-        if source.take(connection.uri, state, arrival_ns):
-            self._on_message(connection.topic, source, state, arrival_ns)
+
+class _Handler(SimpleXMLRPCRequestHandler):
+    """Request handler with bounded length and time."""
+
+    timeout = 2.0  # [s]
+
+    def do_POST(self) -> None:  # noqa: N802
+        """Answer a request of at most 999,999 bytes."""
+        length = self.headers.get('content-length', '')
+        if length.isdecimal() and len(length) <= 6:
+            super().do_POST()
+        else:
+            self.send_error(413)
+        self.close_connection = True  # a client must not occupy the only thread

@@ -5,10 +5,10 @@ import os
 import subprocess
 import sys
 
-from baxter_dynamics_ros.cli.doctor_robot import _contents, robot_checks
+from baxter_dynamics_ros.cli.doctor import _contents, robot_checks
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
-from baxter_dynamics_ros.ros1.joint_state import JointState
+from baxter_dynamics_ros.ros1.wire import JointState
 import numpy as np
 import pytest
 from ros1_processes import available, MISSING, Ros1

@@ -1,13 +1,12 @@
 """Deserialisation of ROS 1 messages and headers, clock offset, and counts of messages."""
 
+from contextlib import suppress
 import struct
 import tracemalloc
 
-from baxter_dynamics_ros.ros1.clock import ClockOffset
-from baxter_dynamics_ros.ros1.errors import Malformed
-from baxter_dynamics_ros.ros1.joint_state import JointState, MD5SUM, parse, TYPE
-from baxter_dynamics_ros.ros1.source import Source
-from baxter_dynamics_ros.ros1.tcpros import decode_header, encode_header, MAX_HEADER
+from baxter_dynamics_ros.ros1.source import ClockOffset, Source
+from baxter_dynamics_ros.ros1.wire import (decode_header, encode_header, JointState, Malformed,
+                                           MD5SUM, parse, TYPE)
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -15,12 +14,12 @@ import pytest
 BEGIN = 1_500_000_000_000_000_000  # [ns]
 GOOD = bytes.fromhex('07000000 01000000 02000000 00000000 01000000 01000000 61'
                      '01000000 000000000000f03f 00000000 00000000')
-FLOATS = st.lists(st.floats(allow_nan=False), max_size=20)
+FLOATS = st.lists(st.floats(allow_nan=False), max_size=5)
 
 
 @given(st.integers(0, 2 ** 32 - 1), st.integers(0, 2 ** 31 - 1), st.integers(0, 999_999_999),
-       st.lists(st.text(max_size=20), max_size=20), st.tuples(FLOATS, FLOATS, FLOATS))
-@settings(max_examples=100, deadline=None)
+       st.lists(st.text(max_size=5), max_size=5), st.tuples(FLOATS, FLOATS, FLOATS))
+@settings(max_examples=30, deadline=None)
 def test_joint_states_are_read_as_they_were_written(seq, seconds, nanoseconds, names, arrays):
     typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags: pip install rosbags')
     store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
@@ -29,7 +28,7 @@ def test_joint_states_are_read_as_they_were_written(seq, seconds, nanoseconds, n
     message = types[kind](
         types['std_msgs/msg/Header'](
             seq, types['builtin_interfaces/msg/Time'](seconds, nanoseconds), 'base'),
-        names, *map(np.array, ([float(x) for x in array] for array in arrays)))
+        names, *(np.array(array, dtype=float) for array in arrays))
     state = parse(bytes(store.serialize_ros1(message, kind)))
     assert state[:4] == (seq, seconds * 10 ** 9 + nanoseconds, 'base', names)
     assert [list(array) for array in state[4:]] == list(arrays)
@@ -40,14 +39,11 @@ def test_joint_states_are_read_as_they_were_written(seq, seconds, nanoseconds, n
 @given(st.binary(max_size=200) | st.builds(
     lambda cut, at, junk: GOOD[:at] + junk + GOOD[at + cut:], st.integers(0, 8),
     st.integers(0, len(GOOD)), st.binary(max_size=8)))
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=200, deadline=None)
 def test_arbitrary_data_are_a_joint_state_or_malformed(data):
     for read in (parse, decode_header):
-        try:
-            result = read(data)
-        except Malformed:
-            continue
-        assert isinstance(result, (JointState, dict))
+        with suppress(Malformed):
+            assert isinstance(read(data), (JointState, dict))
 
 
 def test_a_field_longer_than_the_message_takes_no_memory():
@@ -60,12 +56,10 @@ def test_a_field_longer_than_the_message_takes_no_memory():
     tracemalloc.stop()
 
 
-@given(st.dictionaries(st.text(min_size=1).filter(lambda key: '=' not in key), st.text()))
-@settings(max_examples=50, deadline=None)
-def test_headers_are_read_as_they_were_written(fields):
+def test_headers_are_read_as_they_were_written():
+    fields = {'callerid': '/robot', 'error': 'a = b', 'märchen': ''}
     data = encode_header(fields)
-    assert decode_header(data[4:]) == fields
-    assert struct.unpack('<I', data[:4])[0] == len(data) - 4 and MAX_HEADER > 10_000
+    assert decode_header(data[4:]) == fields and data[:4] == struct.pack('<I', len(data) - 4)
 
 
 def arrivals(n, offset, seed=0):

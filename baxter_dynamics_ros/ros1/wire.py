@@ -1,0 +1,177 @@
+"""ROS 1 on the wire: TCPROS streams, joint states, and failures with cause and remedy."""
+
+from array import array
+from contextlib import suppress
+import socket
+import struct
+from typing import NamedTuple
+
+TYPE = 'sensor_msgs/JointState'
+MD5SUM = '3066dcd76a6cfaef579bd0f34173e9fd'
+
+TIMEOUT = 2.0  # of connections and answers [s]
+MAX_MESSAGE = 1024 * 1024  # of headers, too [bytes]; a joint state of Baxter has 0.7 kB
+
+
+class Ros1Error(Exception):
+    """
+    Failure at one stage of the connection to a robot, with cause and remedy.
+
+    The stages are name, route, port, master, topic, publisher, type, address and stream.
+    """
+
+    def __init__(self, stage: str, cause: str, remedy: str) -> None:
+        super().__init__(f'{stage}: {cause}: {remedy}')
+        self.stage = stage
+        self.cause = cause
+        self.remedy = remedy
+
+
+class Malformed(Exception):
+    """Data that violate the protocol."""
+
+
+class JointState(NamedTuple):
+    """A ROS 1 joint state."""
+
+    seq: int  # sequence number of the publisher
+    stamp_ns: int  # [ns]
+    frame_id: str
+    name: list[str]
+    position: 'array[float]'
+    velocity: 'array[float]'
+    effort: 'array[float]'
+
+
+class Stream:
+    """TCPROS stream of one publisher's messages."""
+
+    def __init__(self, address: str, port: int) -> None:
+        self._socket = connect(address, port)
+        # Buffered: one system call receives all waiting messages.
+        self._file = self._socket.makefile('rb', 8192)
+
+    def subscribe(self, topic: str, caller_id: str) -> str:
+        """Exchange headers; return the publisher's name, or raise Ros1Error if it refuses."""
+        # Any type, so that the answer names the type of the publisher.
+        self._socket.sendall(encode_header({'callerid': caller_id, 'topic': topic, 'type': '*',
+                                            'md5sum': '*', 'tcp_nodelay': '1'}))
+        header = decode_header(self.read())
+        _check(topic, header)
+        # From now on a read may wait, but only 4 s once the peer or the network has gone.
+        self._socket.settimeout(None)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for option, value in ((socket.TCP_KEEPIDLE, 1), (socket.TCP_KEEPINTVL, 1),
+                              (socket.TCP_KEEPCNT, 3)):
+            self._socket.setsockopt(socket.IPPROTO_TCP, option, value)
+        return header.get('callerid', '')
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._file.close()
+        self._socket.close()
+
+    def interrupt(self) -> None:
+        """Make a blocking read in another thread return."""
+        with suppress(OSError):  # closed already
+            self._socket.shutdown(socket.SHUT_RDWR)
+
+    def read(self) -> bytes:
+        """Return the next message; raise EOFError or OSError if the connection has ended."""
+        length = int.from_bytes(self._exactly(4), 'little')
+        if length > MAX_MESSAGE:
+            raise Malformed(f'length of {length} bytes exceeds {MAX_MESSAGE}')
+        return self._exactly(length)
+
+    def _exactly(self, count: int) -> bytes:
+        data = self._file.read(count)
+        if len(data) < count:
+            raise EOFError('the publisher closed the connection')
+        return data
+
+
+def connect(address: str, port: int) -> socket.socket:
+    """Return a TCP connection with a timeout of TIMEOUT, or raise Ros1Error."""
+    try:
+        return socket.create_connection((address, port), TIMEOUT)
+    except (OSError, OverflowError) as error:  # OverflowError: the port has more than 16 bits
+        raise connection_error(address, port, error) from None
+
+
+def connection_error(address: str, port: int, error: Exception) -> Ros1Error:
+    """Return a Ros1Error with the cause of a failed connection."""
+    if isinstance(error, ConnectionRefusedError):
+        return Ros1Error('port', f'port {port} of {address} is closed',
+                         'is ROS running there? A robot takes two minutes to start; the port of '
+                         "Baxter's master is 11311")
+    reason = getattr(error, 'strerror', None) or str(error) or type(error).__name__
+    return Ros1Error('route', f'{address} port {port} cannot be reached ({reason})',
+                     'check cable, power and firewall, and that this machine has an address in '
+                     "the robot's network")
+
+
+def parse(data: bytes) -> JointState:
+    """Return the joint state in a message; raise Malformed if it is not exactly one."""
+    try:
+        seq, seconds, nanoseconds = struct.unpack_from('<3I', data)
+        frame_id, at = _block(data, 12, 1)
+        count, = struct.unpack_from('<I', data, at)
+        at += 4
+        names = []
+        for _ in range(count):
+            name, at = _block(data, at, 1)
+            names.append(name.decode())
+        fields = []
+        for _ in range(3):
+            field, at = _block(data, at, 8)
+            fields.append(array('d', field))  # little-endian, as all machines of ROS 2
+        if at != len(data):
+            raise Malformed(f'not a joint state: {len(data) - at} bytes too many')
+        return JointState(seq, seconds * 1_000_000_000 + nanoseconds, frame_id.decode(), names,
+                          *fields)
+    except (struct.error, UnicodeDecodeError) as error:
+        raise Malformed(f'not a joint state: {error}') from None
+
+
+def encode_header(fields: dict[str, str]) -> bytes:
+    """Return a connection header, preceded by its length."""
+    parts = [f'{key}={value}'.encode() for key, value in fields.items()]
+    body = b''.join(struct.pack('<I', len(part)) + part for part in parts)
+    return struct.pack('<I', len(body)) + body
+
+
+def decode_header(body: bytes) -> dict[str, str]:
+    """Return the fields of a connection header; raise Malformed if a field is malformed."""
+    fields, at = {}, 0
+    while at < len(body):
+        field, at = _block(body, at, 1)
+        key, separator, value = field.decode(errors='replace').partition('=')
+        if not separator:
+            raise Malformed('header field without "="')
+        fields[key] = value
+    return fields
+
+
+def _block(data: bytes, at: int, size: int) -> tuple[bytes, int]:
+    """Return the items of ``size`` bytes that follow their number at an offset, and the end."""
+    begin = at + 4
+    end = begin + size * int.from_bytes(data[at:begin], 'little')
+    if end > len(data):
+        raise Malformed(f'a field of {end - begin} bytes in {len(data)} bytes')
+    return data[begin:end], end
+
+
+def _check(topic: str, header: dict[str, str]) -> None:
+    """Raise Ros1Error if the publisher refuses, or publishes another type."""
+    if 'error' in header:
+        raise Ros1Error(
+            'publisher', f'the publisher refuses {topic} ({header["error"][:200]})',
+            "look at the publisher's log")
+    kind, md5sum = header.get('type', ''), header.get('md5sum', '')
+    if kind != TYPE:
+        raise Ros1Error('type', f'{topic} has the type {kind[:100] or "nothing"}',
+                        f'choose a topic of {TYPE}')
+    if md5sum != MD5SUM:
+        raise Ros1Error('type', f'{topic} has the checksum {md5sum[:100] or "nothing"}',
+                        f"the publisher's definition of {TYPE} is not that of ROS 1 ({MD5SUM}): "
+                        'build the publisher against common_msgs')
