@@ -1,22 +1,8 @@
 """
 Recordings as arrays: .npz files, and .csv files as most laboratories publish them.
 
-An .npz file holds, for n rows and j joints,
-
-================  =========  ==========================================================
-joint_names       (j,)       of one or both arms, such as right_s0, or s0 of either arm
-position          (n, j)     [rad]
-velocity          (n, j)     [rad/s]
-effort            (n, j)     [N m]
-period            ()         time between two rows [s], or instead of it
-stamp             (n,)       the robot's stamps [s]
-recording         (n,)       optional: index of the row's recording in recording_names
-recording_names   (r,)       optional, with recording
-================  =========  ==========================================================
-
-Instead of joint_names, the key may be names. A .csv file is one recording. Its header has
-``time`` (or ``stamp``) and, for each joint, ``s0_position``, ``s0_velocity`` and ``s0_effort``,
-with or without ``right_`` or ``left_`` before them; other columns are ignored.
+docs/calibrate.md describes both. An .npz file may hold several recordings, and joints of both arms
+or without a side; a .csv file is one recording of one arm.
 """
 
 from collections.abc import Iterator
@@ -36,37 +22,18 @@ _LONGEST = 1.0  # period [s]
 
 
 class ArrayRecording:
-    """
-    One recording of an array file; behaves like :class:`~.bags.BagRecording`.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str
-        Name of the recording.
-    joints : list of str
-        Names of the j joints in the file.
-    stamps_ns : ndarray (n,)
-        Stamps [ns].
-    arrays : tuple of ndarray (n, j)
-        Position [rad], velocity [rad/s] and effort [N m].
-    arm : str, optional
-        'right' or 'left'; also the arm of joints whose names do not include the side, by default
-        the right one.
-
-    """
+    """One recording of an array file; behaves like :class:`~.reader.BagRecording`."""
 
     topic = USUAL_TOPIC
 
     def __init__(self, path: Path, name: str, joints: list[str], stamps_ns: Any,
-                 arrays: tuple[Array, ...], arm: str | None = None) -> None:
-        if not set(JOINTS).isdisjoint(joints):
-            joints = [f'{arm or "right"}_{joint}' for joint in joints]
+                 arrays: tuple[Array, ...], arm: 'str | None') -> None:
         self.path, self.name = path, name
         self.arm = choose_arm(f'{path}: {name}', set(joints), arm)
         self.count = len(stamps_ns)
-        self._names, self._stamps_ns, self._arrays = joints, stamps_ns, arrays
+        self._joints = joints  # names of j joints
+        self._stamps_ns = stamps_ns  # (n,) [ns]
+        self._arrays = arrays  # position [rad], velocity [rad/s] and effort [N m], (n, j) each
 
     def __enter__(self) -> 'ArrayRecording':
         """Return the recording."""
@@ -78,7 +45,7 @@ class ArrayRecording:
     def __iter__(self) -> Iterator[JointState]:
         """Yield each joint state; the stamp is also the time of recording."""
         for stamp_ns, position, velocity, effort in zip(self._stamps_ns.tolist(), *self._arrays):
-            yield JointState(stamp_ns, self._names, position, velocity, effort, stamp_ns)
+            yield JointState(stamp_ns, self._joints, position, velocity, effort, stamp_ns)
 
 
 def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
@@ -92,6 +59,8 @@ def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
                        f'({reason:.200})') from None
     _check(path, contents)
     joints = [str(name) for name in np.ravel(contents['joint_names'])]
+    if not set(JOINTS).isdisjoint(joints):
+        joints = [f'{arm or "right"}_{joint}' for joint in joints]
     names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
     owner = contents.get('recording', np.zeros(len(contents['position']), int))
     nameless = (owner < 0) | (owner >= len(names))
@@ -122,16 +91,16 @@ def _npz(path: Path) -> dict[str, Any]:
 def _csv(path: Path) -> dict[str, Any]:
     with path.open(encoding='utf-8-sig') as file:
         header = [name.strip() for name in file.readline().split(',')]
+        time = next((name for name in ('time', 'stamp') if name in header), None)
         for prefix in ('', *(f'{side}_' for side in SIDES)):
-            wanted = {key: [f'{prefix}{joint}_{key}' for joint in JOINTS] for key in _ARRAYS}
-            time = {'time', 'stamp'}.intersection(header)
-            if time and {*sum(wanted.values(), [])} <= {*header}:
+            joints = [prefix + joint for joint in JOINTS]
+            wanted = {f'{joint}_{key}' for joint in joints for key in _ARRAYS}
+            if time and wanted <= {*header}:
                 columns = dict(zip(header, np.loadtxt(
                     file, delimiter=',', ndmin=2, usecols=range(len(header))).T))
-                return {'joint_names': [f'{prefix}{joint}' for joint in JOINTS],
-                        'stamp': columns[time.pop()],
-                        **{key: np.stack([columns[name] for name in names], axis=1)
-                           for key, names in wanted.items()}}
+                return {'joint_names': joints, 'stamp': columns[time], **{
+                    key: np.stack([columns[f'{joint}_{key}'] for joint in joints], axis=1)
+                    for key in _ARRAYS}}
     raise BagError(f'{path}: expected columns time, s0_position, s0_velocity, s0_effort and so on '
                    f'for the joints of one arm, got {", ".join(header):.200}')
 

@@ -1,8 +1,9 @@
-"""Files of a bag, read by the libraries mcap and rosbags: channels, and messages as recorded."""
+"""Files of a bag, read by mcap and rosbags, and the reasons why they cannot be read."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
+import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -11,9 +12,13 @@ from mcap.reader import NonSeekingReader, SeekingReader
 from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
+import yaml
 import zstandard
 
-from .bag_errors import read_metadata, refuse_unfinished
+from .recording import BagError
+
+_METADATA = 'metadata.yaml'
+_KILLED = ' (was the recorder killed?)'
 
 
 class Channel(NamedTuple):
@@ -23,54 +28,49 @@ class Channel(NamedTuple):
     kind: str  # type as ROS 2 writes it, 'package/msg/Name'
     encoding: str  # 'cdr', 'ros1' or another one
     count: int  # type: ignore[assignment]  # messages; a tuple has a method of that name
-    number: int  # unique in the file
-    file: int = 0  # index of the file in the bag
+
+
+Messages = Iterator[tuple[Channel, int, bytes]]  # channel, time of recording [ns], data
 
 
 class BagFiles:
     """
     Open files of a bag: a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
 
-    The libraries raise exceptions of many types for a damaged file.
+    The libraries raise exceptions of many types for a damaged file; see :func:`bag_error`.
     """
 
     def __init__(self, path: Path) -> None:
-        self.channels: list[Channel] = []  # with messages
-        self._files: list[_McapFile | _RosbagsFile] = []
-        names, self._is_compressed = read_metadata(path) if path.is_dir() else ([path], False)
+        files, self._is_compressed = read_metadata(path) if path.is_dir() else ([path], False)
         with ExitStack() as stack:
-            for name in names:
-                self._open(path / name, stack)
-            self._stack = stack.pop_all()
+            self._files = [_open(file, stack) for file in files]
+            self.close = stack.pop_all().close
+        self.channels = [channel for file in self._files for channel in file.channels.values()
+                         if channel.count]
 
-    def close(self) -> None:
-        """Close the files."""
-        self._stack.close()
-
-    def messages(self, channels: Collection[Channel]) -> Iterator[tuple[Channel, int, bytes]]:
-        """Yield channel, time of recording [ns] and data of each message, file by file."""
+    def messages(self, topic: str) -> Messages:
+        """Yield the messages on a topic, file by file."""
         decompress = zstandard.ZstdDecompressor().decompress
-        for i, file in enumerate(self._files):
-            chosen = {channel.number: channel for channel in channels if channel.file == i}
-            if not chosen:
-                continue
-            for id_, received_ns, raw in file.messages(chosen):
-                yield chosen[id_], received_ns, decompress(raw) if self._is_compressed else raw
+        for file in self._files:
+            if any(channel.topic == topic for channel in file.channels.values()):
+                for channel, received_ns, raw in file.messages(topic):
+                    yield channel, received_ns, decompress(raw) if self._is_compressed else raw
 
-    def _open(self, path: Path, stack: ExitStack) -> None:
-        refuse_unfinished(path)
-        folder = Path(stack.enter_context(TemporaryDirectory()))
-        if path.suffix == '.zstd':
-            with path.open('rb') as source, (folder / path.stem).open('wb') as target:
-                zstandard.ZstdDecompressor().copy_stream(source, target)
-            path = folder / path.stem
-        elif path.suffix == '.db3':  # rosbags opens files by URIs, in which ?, # and % are syntax
-            (folder / 'link.db3').symlink_to(path.resolve())
-            path = folder / 'link.db3'
-        file = (_McapFile if path.suffix == '.mcap' else _RosbagsFile)(path, stack)
-        self.channels += [channel._replace(file=len(self._files)) for channel in file.channels
-                          if channel.count]
-        self._files.append(file)
+
+def _open(path: Path, stack: ExitStack) -> '_McapFile | _RosbagsFile':
+    log = path.with_name(path.name + '-wal')
+    if path.suffix == '.db3' and log.is_file() and log.stat().st_size:
+        raise BagError(f'{path}: its last messages are in {log.name}{_KILLED}: '
+                       f'`sqlite3 {path} "PRAGMA wal_checkpoint(TRUNCATE)"` adds them')
+    folder = Path(stack.enter_context(TemporaryDirectory()))
+    if path.suffix == '.zstd':
+        with path.open('rb') as source, (folder / path.stem).open('wb') as target:
+            zstandard.ZstdDecompressor().copy_stream(source, target)
+        path = folder / path.stem
+    elif path.suffix == '.db3':  # rosbags opens files by URIs, in which ?, # and % are syntax
+        (folder / 'link.db3').symlink_to(path.resolve())
+        path = folder / 'link.db3'
+    return (_McapFile if path.suffix == '.mcap' else _RosbagsFile)(path, stack)
 
 
 class _RosbagsFile:
@@ -79,18 +79,17 @@ class _RosbagsFile:
     def __init__(self, path: Path, stack: ExitStack) -> None:
         is_ros1 = path.suffix in ('.bag', '.active')
         self._reader: Any = (Ros1Reader if is_ros1 else Ros2Reader)(path)
-        self._reader.open()
-        stack.callback(self._reader.close)
-        self.channels = [
-            Channel(each.topic, each.msgtype, each.ext.serialization_format
-                    if isinstance(each.ext, ConnectionExtRosbag2) else 'ros1',
-                    each.msgcount, each.id)
-            for each in self._reader.connections]
+        stack.enter_context(self._reader)
+        self.channels = {
+            each.id: Channel(each.topic, each.msgtype, each.ext.serialization_format
+                             if isinstance(each.ext, ConnectionExtRosbag2) else 'ros1',
+                             each.msgcount)
+            for each in self._reader.connections}
 
-    def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
-        connections = [each for each in self._reader.connections if each.id in ids]
+    def messages(self, topic: str) -> Messages:
+        connections = [each for each in self._reader.connections if each.topic == topic]
         for connection, received_ns, raw in self._reader.messages(connections):
-            yield connection.id, received_ns, raw
+            yield self.channels[connection.id], received_ns, raw
 
 
 class _McapFile:
@@ -111,16 +110,14 @@ class _McapFile:
             for schema, channel, _ in self._open().iter_messages(log_time_order=False):
                 found[channel.id] = channel, schema
                 counts[channel.id] += 1
-        self.channels = [
-            Channel(channel.topic, _ros2_name(schema.name) if schema else 'no type',
-                    channel.message_encoding, counts[id_], id_)
-            for id_, (channel, schema) in found.items()]
+        self.channels = {
+            id_: Channel(channel.topic, _ros2_name(schema.name) if schema else 'no type',
+                         channel.message_encoding, counts[id_])
+            for id_, (channel, schema) in found.items()}
 
-    def messages(self, ids: Collection[int]) -> Iterator[tuple[int, int, bytes]]:
-        topics = {channel.topic for channel in self.channels if channel.number in ids}
-        for _, channel, message in self._open().iter_messages(topics):
-            if channel.id in ids:
-                yield channel.id, message.log_time, message.data
+    def messages(self, topic: str) -> Messages:
+        for _, channel, message in self._open().iter_messages([topic]):
+            yield self.channels[channel.id], message.log_time, message.data
 
     def _open(self) -> Any:
         self._stream.seek(0)
@@ -141,3 +138,90 @@ def _ros2_name(name: str) -> str:
     """Return the name of a type as ROS 2 writes it; ROS 1 writes 'package/Name'."""
     package, _, rest = name.partition('/')
     return f'{package}/msg/{rest}' if rest and '/' not in rest else name
+
+
+def read_metadata(folder: Path) -> tuple[list[Path], bool]:
+    """Return the files of a rosbag2 folder, and whether each message is compressed."""
+    text = (folder / _METADATA).read_bytes()
+    try:
+        content = yaml.safe_load(text)['rosbag2_bagfile_information']
+        return ([folder / Path(name).name for name in content['relative_file_paths']],
+                str(content.get('compression_mode') or '').lower() == 'message')
+    except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError,
+            RecursionError):
+        raise BagError(f'{folder / _METADATA}: is not the metadata of a bag: `ros2 bag reindex '
+                       f'{folder}` writes a new one') from None
+
+
+class _Kind(NamedTuple):
+    start: bytes  # of every such file
+    noun: str
+    storage: str = ''  # its name in rosbag2
+    repair: str = ''  # command
+
+
+_MCAP = _Kind(b'\x89MCAP', 'an MCAP file', 'mcap', 'mcap recover {} -o repaired.mcap')
+_ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', repair='rosbag reindex {}')
+_KINDS = {'.mcap': _MCAP, '.bag': _ROS1, '.active': _ROS1,
+          '.db3': _Kind(b'SQLite format 3\0', 'an SQLite file', 'sqlite3',
+                        'sqlite3 {} .recover | sqlite3 repaired.db3'),
+          '.zstd': _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file')}
+
+
+def bag_error(path: Path, error: Exception) -> BagError:
+    """Return an error that says in one line why a bag cannot be read, with a remedy."""
+    if isinstance(error, BagError):
+        return error
+    files = []
+    try:
+        files = sorted(file for file in path.iterdir() if file.suffix in _KINDS) if (
+            path.is_dir()) else [path]
+        problem = _folder_problem(path, files) if path.is_dir() else _file_problem(path)
+    except (FileNotFoundError, NotADirectoryError):
+        problem = f'{path}: no such file or folder'
+    except PermissionError as denied:
+        problem = f'{denied.filename}: permission denied; make it readable'
+    except OSError as failure:
+        problem = f'{path}: cannot be read ({failure.strerror})'
+    if problem:
+        return BagError(problem)
+    reason = ' '.join(str(error).split()).rstrip('.') or type(error).__name__
+    repair = _KINDS[files[0].suffix].repair
+    name = files[0] if len(files) == 1 else 'FILE'
+    advice = f'; if it is damaged: `{repair.format(name)}`' if repair else ''
+    return BagError(f'{path}: cannot be read ({reason}){advice}')
+
+
+def _folder_problem(folder: Path, files: list[Path]) -> 'str | None':
+    problem = next(filter(None, map(_file_problem, files)), None)
+    if (folder / _METADATA).exists():
+        missing = [file.name for file in read_metadata(folder)[0] if not file.exists()]
+        return problem if not missing else (
+            f'{folder}: {_METADATA} lists files that are missing: {", ".join(missing)}; restore '
+            f'them, or remove them from the list: `ros2 bag reindex {folder}`')
+    if files:
+        return problem or (f'{folder}: has no {_METADATA}{_KILLED}: `ros2 bag reindex -s '
+                           f'{_KINDS[files[0].suffix].storage} {folder}` writes it')
+    bags = ', '.join(sorted(path.parent.name for path in folder.glob(f'*/{_METADATA}')))
+    return f'{folder}: is not a bag: it has no {_METADATA}' + (
+        f'; choose one of the bags in it: {bags}' if bags else '')
+
+
+def _file_problem(file: Path) -> 'str | None':
+    with file.open('rb') as stream:
+        start = stream.read(16)
+        stream.seek(-min(file.stat().st_size, 16), os.SEEK_END)
+        end = stream.read()
+    kind = _KINDS.get(file.suffix)
+    if not start:
+        return f'{file}: is empty'
+    if kind is None:
+        if (file.parent / _METADATA).exists():
+            return f'{file}: is part of a bag: name the folder {file.parent}'
+        return (f'{file}: is not a bag: expected a rosbag2 folder, or a file ending in '
+                '.mcap, .mcap.zstd, .db3, .bag, .npz or .csv')
+    if not start.startswith(kind.start):
+        return f'{file}: is not {kind.noun}, despite its name'
+    if kind is _MCAP and not end.endswith(start[:8]):
+        return f'{file}: is truncated{_KILLED}: `{kind.repair.format(file)}`'
+    return None

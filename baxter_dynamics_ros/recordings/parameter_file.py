@@ -3,12 +3,11 @@
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from pathlib import Path
-import stat
 from typing import Any
 
 import yaml
 
-from .rcl_parameters import RclError, RclParameters
+from .rcl_parameters import add_file, Nodes, parameters_of, RclError
 from ..estimation.settings import DEFAULTS, PredictorSettings
 from ..files import write_file
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
@@ -18,6 +17,9 @@ _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
 _CHECKED = 1000  # unknown names to look for a misspelling in, which takes time
 _DIGITS = 7  # significant digits written; more than any calibration can determine
 _OF_ALL_NODES = ('use_sim_time', 'start_type_description_service')  # true or false
+_EXPECTED = {bool: 'true or false', str: 'a string', int: 'an integer such as 2',
+             float: 'a number with a decimal point such as 1.0',
+             list: 'a list of numbers with decimal points such as [1.0, 2.0]'}
 
 
 class ParameterFileError(BaxterDynamicsError):
@@ -29,32 +31,23 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
     """
     Return the settings of a node that is given parameter files, setting name to value.
 
-    Parameters
-    ----------
-    paths : Path or iterable of Path
-        Files; later ones override earlier ones.
-    node : str
-        Name of the node with its namespace.
-    warn : callable
-        Called with a line of text about parameters that the node would ignore.
-
-    Raises
-    ------
-    ParameterFileError
-        If a file cannot be read, or the node would refuse its parameters.
-
+    Later files override earlier ones. The node is named with its namespace; warn is called with a
+    line about parameters that it would ignore. Raises ParameterFileError if a file cannot be read,
+    or the node would refuse its parameters.
     """
     paths = [paths] if isinstance(paths, (str, Path)) else list(paths)
-    files = RclParameters()
+    nodes: Nodes = {}
     for path in paths:
         try:
-            files.read(_contents(Path(path)))
+            add_file(nodes, _contents(Path(path)))
+        except OSError as error:
+            raise ParameterFileError(f'{path}: cannot be read ({error.strerror})') from None
         except (RclError, yaml.YAMLError, ValueError, RecursionError) as error:
             raise ParameterFileError(f'{path}: {_reason(error)}') from None
     names = ', '.join(map(str, paths))
-    given = files.of('/' + node.strip('/'))
+    given = parameters_of(nodes, '/' + node.strip('/'))
     if paths and not given:
-        others = ', '.join(files.nodes) or 'no node'
+        others = ', '.join(nodes) or 'no node'
         warn(f'{names}: no parameters for {node}, only for {others}: using the defaults')
     try:
         ignored = _ignored(given)
@@ -70,11 +63,7 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
 
 def write_parameters(path: str | Path, settings: PredictorSettings,
                      comments: Iterable[str] = ()) -> None:
-    """
-    Write the arm and the settings that differ from their defaults to a parameter file.
-
-    The comments are lines at the top.
-    """
+    """Write the arm and the settings that differ from their defaults, below lines of comment."""
     tree: dict[str, Any] = {}
     for name, value in settings.parameters().items():
         if name == 'arm' or value != DEFAULTS[name]:
@@ -90,16 +79,13 @@ def write_parameters(path: str | Path, settings: PredictorSettings,
 
 
 def _contents(path: Path) -> bytes:
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise ParameterFileError(f'{path}: is not a file')
-        if status.st_size > _LARGEST:
-            raise ParameterFileError(f'{path}: {status.st_size} bytes is too large for a '
-                                     f'parameter file; the maximum is {_LARGEST}')
-        return path.read_bytes()
-    except OSError as error:
-        raise ParameterFileError(f'{path}: cannot be read ({error.strerror})') from None
+    size = path.stat().st_size
+    if not path.is_file():
+        raise ParameterFileError(f'{path}: is not a file')
+    if size > _LARGEST:
+        raise ParameterFileError(f'{path}: {size} bytes is too large for a parameter file; the '
+                                 f'maximum is {_LARGEST}')
+    return path.read_bytes()
 
 
 def _reason(error: Exception) -> str:
@@ -116,7 +102,11 @@ def _ignored(given: dict[str, Any]) -> list[str]:
     ignored: list[str] = []
     for name, value in given.items():
         if name in DEFAULTS or name in _OF_ALL_NODES:
-            _check_type(name, value, DEFAULTS.get(name, True))
+            default = DEFAULTS.get(name, True)
+            wanted: type = list if isinstance(default, tuple) else type(default)
+            if type(value) is not wanted or (
+                    isinstance(value, list) and type(value[0]) is not float):
+                raise ArgumentError(name, f'expected {_EXPECTED[wanted]}, got {value!r:.40}')
         elif not name.startswith('qos_overrides.'):
             similar = len(ignored) < _CHECKED and get_close_matches(
                 name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
@@ -124,16 +114,6 @@ def _ignored(given: dict[str, Any]) -> list[str]:
                 raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)
     return ignored
-
-
-def _check_type(name: str, value: Any, default: Any) -> None:
-    """Raise ArgumentError unless a value has the type of a default, as the node requires."""
-    wanted: type = list if isinstance(default, tuple) else type(default)
-    if type(value) is not wanted or isinstance(value, list) and type(value[0]) is not float:
-        expected = {bool: 'true or false', str: 'a string', int: 'an integer such as 2',
-                    float: 'a number with a decimal point such as 1.0',
-                    list: 'a list of numbers with decimal points such as [1.0, 2.0]'}[wanted]
-        raise ArgumentError(name, f'expected {expected}, got {value!r:.40}')
 
 
 def _printable(text: str) -> str:

@@ -22,9 +22,11 @@ _DECIMAL = re.compile(r'\s*[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|\.?inf|\.?nan)
 # rclpy takes the first type that is set: scalars before lists, in this order.
 _KINDS = {bool: 'true or false', int: 'an integer', float: 'a number with a decimal point',
           str: 'a string'}
+_ORDER = *_KINDS, *((kind,) for kind in _KINDS)
 _PART = re.compile(r'[A-Za-z_]\w*|\*\*?', re.ASCII)  # of a node's name
 
-Values: TypeAlias = dict[Any, Any]  # by type; a tuple with the type of its elements for a list
+# Node name, as written -> parameter -> type -> value; for a list, a tuple with the elements' type.
+Nodes: TypeAlias = dict[str, dict[str, dict[Any, Any]]]
 
 
 class RclError(Exception):
@@ -43,53 +45,33 @@ class _Loader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[mi
         return super().resolve(kind, value, implicit)
 
 
-class RclParameters:
+def add_file(nodes: Nodes, text: bytes) -> None:
     """
-    Parameters of all nodes in one or more files, read in order.
+    Add the contents of a file to those of the files before it.
 
-    Attributes
-    ----------
-    nodes : dict
-        Node name, as written, to parameter name to values.
-
+    Raises RclError where rcl would, and what yaml raises if it is not YAML.
     """
+    for event in yaml.parse(text, _Loader):
+        if isinstance(event, yaml.AliasEvent):
+            raise RclError('aliases are not supported', event)
+    for document in yaml.compose_all(text, _Loader):
+        for name, tree in _nodes(document):
+            parameters = nodes.setdefault(name, {})
+            for parameter, value in _parameters(tree):
+                kind = (*map(type, value[:1]),) if isinstance(value, list) else type(value)
+                parameters.setdefault(parameter, {})[kind] = value
 
-    def __init__(self) -> None:
-        self.nodes: dict[str, dict[str, Values]] = {}
 
-    def read(self, text: bytes) -> None:
-        """
-        Add the contents of a file.
-
-        Raises
-        ------
-        RclError
-            If rcl would refuse the file.
-        yaml.YAMLError, ValueError, RecursionError
-            If it is not YAML.
-
-        """
-        for event in yaml.parse(text, _Loader):
-            if isinstance(event, yaml.AliasEvent):
-                raise RclError('aliases are not supported', event)
-        for document in yaml.compose_all(text, _Loader):
-            for name, tree in _nodes(document):
-                parameters = self.nodes.setdefault(name, {})
-                for parameter, value in _parameters(tree):
-                    kind = (*map(type, value[:1]),) if isinstance(value, list) else type(value)
-                    parameters.setdefault(parameter, {})[kind] = value
-
-    def of(self, node: str) -> dict[str, Any]:
-        """Return the parameters of a node with its namespace; None is an empty list."""
-        values: dict[str, Any] = {}
-        order = *_KINDS, *((kind,) for kind in _KINDS)
-        for name, parameters in self.nodes.items():
-            # As in rclpy, each * matches one part of the name, ** any number of them.
-            if re.fullmatch(f'/{name.removeprefix("/")}'.replace('/*', r'(/\w+)'), node):
-                values.update({
-                    parameter: next((kinds[kind] for kind in order if kind in kinds), None)
-                    for parameter, kinds in parameters.items()})
-        return values
+def parameters_of(nodes: Nodes, node: str) -> dict[str, Any]:
+    """Return the parameters of a node with its namespace; None is an empty list."""
+    values: dict[str, Any] = {}
+    for name, parameters in nodes.items():
+        # As in rclpy, each * matches one part of the name, ** any number of them.
+        if re.fullmatch(f'/{name.removeprefix("/")}'.replace('/*', r'(/\w+)'), node):
+            values.update({
+                parameter: next((kinds[kind] for kind in _ORDER if kind in kinds), None)
+                for parameter, kinds in parameters.items()})
+    return values
 
 
 def _items(tree: Any) -> Iterator[tuple[str, Any]]:
@@ -114,22 +96,22 @@ def _nodes(tree: Any, prefix: str = '') -> Iterator[tuple[str, Any]]:
 
 def _parameters(tree: Any, prefix: str = '') -> Iterator[tuple[str, Any]]:
     for key, value in _items(tree):
-        if isinstance(value, yaml.MappingNode) and not value.value:
-            raise RclError(f'no parameters in {key}', value)
-        if isinstance(value, yaml.MappingNode):
+        if not isinstance(value, yaml.MappingNode):
+            yield prefix + key, _value(value)
+        elif value.value:
             yield from _parameters(value, f'{prefix}{key}.')
         else:
-            yield prefix + key, _value(value)
+            raise RclError(f'no parameters in {key}', value)
 
 
 def _value(node: Any) -> Any:
     if isinstance(node, yaml.ScalarNode):
         return _scalar(node)
     values = [_scalar(element) for element in node.value]
-    odd = next((i for i, value in enumerate(values) if type(value) is not type(values[0])), None)
-    if odd is not None:
-        raise RclError(f'list of mixed types: {node.value[odd].value:.20} is not '
-                       f'{_KINDS[type(values[0])]}', node.value[odd])
+    for value, element in zip(values, node.value):
+        if type(value) is not type(values[0]):
+            raise RclError(f'list of mixed types: {element.value:.20} is not '
+                           f'{_KINDS[type(values[0])]}', element)
     return values
 
 

@@ -8,6 +8,7 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import joint_names, SIDES
 
 USUAL_TOPIC = '/robot/joint_states'
+JOINT_STATE = 'sensor_msgs/msg/JointState'
 _SHOWN = 8  # names in a message
 
 

@@ -8,18 +8,16 @@ import struct
 from typing import Any
 
 import numpy as np
-from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import get_typestore, Stores
 
-from .recording import BagError, Recording
+from .recording import BagError, JOINT_STATE, Recording
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
 from ..model.arrays import ArrayLike
 from ..model.joints import BASE_FRAME, joint_names
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 
@@ -29,7 +27,7 @@ class BagWriter:
     def __init__(self, path: Path, bag: Writer) -> None:
         self.path = path
         self._bag = bag
-        self._connections: dict[str, Connection] = {}  # by topic
+        self._connections: dict[str, Any] = {}  # topic to connection
 
     def joint_state(self, topic: str, stamp_ns: int, names: Iterable[str], position: ArrayLike,
                     velocity: ArrayLike = (), effort: ArrayLike = (),
@@ -59,20 +57,9 @@ class BagWriter:
 @contextmanager
 def new_bag(path: str | Path) -> Iterator[BagWriter]:
     """
-    Provide a writer of a new rosbag2 folder (MCAP).
+    Provide a writer of a new rosbag2 folder (MCAP), which appears when the block succeeds.
 
-    The folder appears when the block ends without an exception.
-
-    Parameters
-    ----------
-    path : Path
-        The folder. It must not exist; its parent must.
-
-    Raises
-    ------
-    BagError
-        If the folder exists or cannot be written; also from the methods of the writer.
-
+    Raises BagError, also from the writer, if the folder exists or cannot be written.
     """
     path = Path(path)
     _refuse_existing(path)

@@ -1,5 +1,6 @@
 """Reading of joint states from bags of every kind."""
 
+from pathlib import Path
 import sqlite3
 
 from baxter_dynamics_ros.model.joints import joint_names
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.bags import BagRecording  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.reader import BagRecording  # noqa: E402, I100
 
 TOPIC = '/robot/joint_states'
 START = 1_700_000_000_123_456_789  # [ns]
@@ -53,10 +54,10 @@ def test_plays_what_was_recorded(make_bag, kind, compression):
 
 
 @pytest.mark.parametrize('kind, ending', [('mcap', '.mcap'), ('sqlite3', '.db3')])
-def test_one_file_of_a_folder(make_bag, kind, ending):
+def test_one_file_of_a_folder(make_bag, monkeypatch, kind, ending):
     messages = states(5)
-    path = make_bag(messages, kind) / f'run{ending}'
-    with BagRecording(path) as recording:
+    monkeypatch.chdir(make_bag(messages, kind))
+    with BagRecording(Path(f'run{ending}')) as recording:
         assert recording.name == 'run'
         assert_played(recording, messages)
 

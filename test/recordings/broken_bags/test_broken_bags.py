@@ -7,7 +7,7 @@ from baxter_dynamics_ros.model.joints import joint_names
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.bags import BagRecording  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.reader import BagRecording, open_recordings  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 
 TOPIC = '/robot/joint_states'
@@ -16,7 +16,8 @@ KINDS = ['mcap', 'sqlite3', 'ros1']
 
 
 def read(path, topic=None, arm=None):
-    with BagRecording(path, topic, arm) as recording:
+    (recording,) = open_recordings([path], topic, arm)
+    with recording:
         return list(recording)
 
 
