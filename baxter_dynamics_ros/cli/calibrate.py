@@ -6,16 +6,18 @@ import argparse
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from .options import add_force, add_recordings, add_seed, number, read_inputs
-from .paths import output_file
+from .options import add_recordings, add_seed, new_folder, number, output_file, read_inputs
 from .terminal import progress, say, show_table
 from .. import __version__
 from ..calibration.terms import OPTIONAL, TERMS
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS
+from ..model.joints import joint_names, JOINTS
 
 if TYPE_CHECKING:
     from ..calibration.calibration_results import Calibration
+
+_RATE = 100.0  # of the recording of --plan [Hz]
+_REST = 1.0  # [s] recorded after the end of the trajectory, until the arm is at rest
 
 DESCRIPTION = (
     'Fit bias, friction, spring, tilt and more to recordings of one arm, keep the terms that '
@@ -45,16 +47,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='with --plan: slow the trajectory down to this joint velocity, such '
                         'as 0.4 for robots that abort faster motion (default: 2.1, its own)')
     add_seed(parser, 'with --plan: ')
-    add_force(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Fit the effort model, print the improvement, and write the parameter file and the report."""
+    if args.plan and args.bags:
+        raise BaxterDynamicsError('--plan takes no recordings')
     if args.plan:
-        if args.bags:
-            raise BaxterDynamicsError('--plan takes no recordings')
-        from .plan import plan
-        return plan(args)
+        _plan(args)
+        return 0
     if not args.bags:
         raise BaxterDynamicsError('expected a recording, or --plan to make one')
     from ..calibration.calibrate_robot import calibrate
@@ -65,14 +66,12 @@ def main(args: argparse.Namespace) -> int:
                        inputs)
     report = output_file('--output', path.with_suffix('.html'), ('.html',), args.force, inputs)
     settings, recordings = read_inputs(args)
-    with ExitStack() as stack:
+    with ExitStack() as stack, progress() as update:
         for recording in recordings:
             stack.enter_context(recording)
-        with progress() as update:
-            result = calibrate(recordings, settings, args.inertial, args.payload, args.only,
-                               lambda text: update(0.0, text))
-    comments = _comments(result, args.command_line)
-    write_parameters(path, result.after, comments)
+        result = calibrate(recordings, settings, args.inertial, args.payload, args.only,
+                           lambda text: update(0.0, text))
+    write_parameters(path, result.after, _comments(result, args.command_line))
     _print(result)
     say(f'parameters: {path}')
     write_calibration(report, result, args.command_line, path.name)
@@ -84,13 +83,17 @@ def _comments(result: Calibration, command: str) -> list[str]:
     """Return the comment at the top of the parameter file."""
     rows = [f'{joint}  {before:6.3f}  {after:6.3f}' for joint, before, after in zip(
         JOINTS, result.rms_before, result.rms_after)]
-    kind = 'parts of the recording' if result.by_time else 'recordings'
     return [
         f'Calibration of the {result.arm} arm, by baxter_dynamics_ros {__version__}:', command,
         f'Fitted to {result.samples} samples, {result.duration:.0f} s. Other parameters have '
         'their defaults.', '',
-        f'Residual RMS [N m] on {kind} left out of the fit, before and after:', *rows,
+        f'Residual RMS [N m] on {_left_out(result)}, before and after:', *rows,
         *([''] + [f'Warning: {notice}' for notice in result.notices] if result.notices else [])]
+
+
+def _left_out(result: Calibration) -> str:
+    kind = 'parts of the recording' if result.by_time else 'recordings'
+    return f'{kind} left out of the fit'
 
 
 def _print(result: Calibration) -> None:
@@ -98,11 +101,42 @@ def _print(result: Calibration) -> None:
         say(f'warning: {notice}')
     if result.lag is not None:
         say(f'velocity lag: {1e3 * result.lag.value:.1f} ms')
-    kind = 'parts of the recording' if result.by_time else 'recordings'
-    say(f'residual RMS [N m] on {kind} left out of the fit, after adding each term to the '
-        'joints that it improves')
+    say(f'residual RMS [N m] on {_left_out(result)}, after adding each term to the joints that it '
+        'improves')
     show_table(('term', *JOINTS), [
         ('before', *(f'{x:.3f}' for x in result.rms_before)),
         *(('+ ' + step.term, *(f'{x:.3f}' if i in step.joints else '.'
                                for i, x in enumerate(step.rms))) for step in result.steps[1:]),
         ('after', *(f'{x:.3f}' for x in result.rms_after))], bold_last=True)
+
+
+def _plan(args: argparse.Namespace) -> None:
+    """Print the exciting trajectory, record it on the fake Baxter, and write it to files."""
+    import numpy as np
+    from .experiment import BAG, record_bag
+    from ..simulation.exciting_trajectory import LimitedMotion
+    from ..simulation.plan_file import write_plan, write_trajectory
+    from ..simulation.robot import FakeBaxter
+    from ..simulation.trajectories import JointTrajectory
+    folder = new_folder(args.output or 'baxter_plan')
+    arm = args.arm or 'right'
+    motion = LimitedMotion(arm, args.max_velocity or np.inf)
+    q, qd, qdd = motion(np.arange(0.0, motion.duration, 0.01))
+    say(f'exciting trajectory, {motion.duration:.0f} s, from rest to rest')
+    turns = (np.diff(np.sign(qd[1:]), axis=0) != 0).sum(axis=0)
+    columns = {'from, rad': q.min(axis=0), 'to, rad': q.max(axis=0),
+               'speed, rad/s': np.abs(qd).max(axis=0),
+               'acceleration, rad/s²': np.abs(qdd).max(axis=0)}
+    show_table(('joint', *columns, 'reversals'), [
+        (joint, *(f'{column[i]:.2f}' for column in columns.values()), str(turns[i]))
+        for i, joint in enumerate(joint_names(arm))])
+    robot = FakeBaxter(arm, 'exciting', seed=args.seed)
+    robot.reference = JointTrajectory(lambda t: motion(t)[0])
+    record_bag(folder / BAG, robot, motion.duration + _REST, _RATE, args.seed)
+    plan, trajectory = folder / 'plan.csv', folder / 'trajectory.json'
+    write_plan(plan, arm, motion)
+    write_trajectory(trajectory, arm, motion)
+    say(f"for the SDK's joint_trajectory_file_playback.py: {plan}",
+        f'trajectory_msgs/JointTrajectory for FollowJointTrajectory: {trajectory}',
+        'Keep 1.2 m around the arm clear, and move both arms to the first waypoint by hand: '
+        'the move to the first waypoint is not collision-checked.')

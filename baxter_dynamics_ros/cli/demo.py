@@ -7,8 +7,7 @@ import os
 import time
 from typing import Any, TYPE_CHECKING
 
-from .options import add_arm, number
-from .paths import output_file
+from .options import add_arm, number, output_file
 from .processes import NodeProcess
 from .terminal import complain, progress, say, show_table
 from ..model.exceptions import BaxterDynamicsError
@@ -41,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the demo and print the comparison."""
     from sensor_msgs.msg import JointState
-    from .demo_comparison import Comparison
+    from .demo_comparison import compare, plot
     from .listener import Listener
     from ..nodes import topics
     figure = output_file('--output', args.output, ('.png', '.pdf', '.svg'))
@@ -61,14 +60,12 @@ def main(args: argparse.Namespace) -> int:
         for messages in received:
             messages.clear()
         _record(listener, args.duration)
-        answers = _call_services(listener)
         if len(residual) < 2:
             _print_output([predictor])
             raise BaxterDynamicsError('predictions arrived, but no residuals')
-    comparison = Comparison(args.arm, measured, predicted, residual)
-    comparison.show()
-    _print_services(answers)
-    comparison.plot(figure)
+        signals = compare(args.arm, measured, predicted, residual)
+        _call_services(listener)
+    plot(figure, args.arm, signals)
     say(f'figure: {figure}')
     return 0
 
@@ -109,28 +106,23 @@ def _record(listener: Listener, duration: float) -> None:
             update(elapsed, 'recording the residual')
 
 
-def _call_services(listener: Listener) -> dict[str, Any]:
-    """Return the answers of both services; nothing if their types are not installed."""
+def _call_services(listener: Listener) -> None:
+    """Call both services and print their answers."""
     try:
         from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
     except ImportError:
-        return {}
-    return {name: listener.call(kind, f'torque_predictor/{name}') for name, kind in (
-        ('gravity_torques', GravityTorques), ('inverse_dynamics', InverseDynamics))}
-
-
-def _print_services(answers: dict[str, Any]) -> None:
-    if not answers:
         say('services: not available, because baxter_dynamics_interfaces is not installed: '
             'pip install ./baxter_dynamics_interfaces')
-    for name, answer in answers.items():
+        return
+    for name, kind in ('gravity_torques', GravityTorques), ('inverse_dynamics', InverseDynamics):
+        answer = listener.call(kind, f'torque_predictor/{name}')
         if answer is None or not answer.success:
             reason = 'no answer' if answer is None else answer.message
             raise BaxterDynamicsError(f'service {name}: {reason}')
-        fields = ({'gravity': answer.gravity.effort} if name == 'gravity_torques' else
-                  {'torque': answer.torque.effort, 'inertial': answer.inertial,
-                   'coriolis': answer.coriolis, 'gravity': answer.gravity})
-        fields['actuator_effort'] = answer.actuator_effort
+        fields = {field: getattr(answer, field) for field in (
+            'torque', 'inertial', 'coriolis', 'gravity', 'actuator_effort')
+            if hasattr(answer, field)}
         say(f'service {name} [N m]: {answer.message}')
-        show_table(('', *JOINTS), [(field, *(f'{value:.3f}' for value in values))
-                                   for field, values in fields.items()])
+        show_table(('', *JOINTS), [
+            (field, *(f'{x:.3f}' for x in getattr(values, 'effort', values)))
+            for field, values in fields.items()])

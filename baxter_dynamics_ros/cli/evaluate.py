@@ -9,11 +9,9 @@ from pathlib import Path
 import shlex
 from typing import TYPE_CHECKING
 
-from .options import add_force, add_recordings, read_inputs
-from .paths import output_folder
-from .terminal import progress, say, show_table
+from .options import add_recordings, output_folder, read_inputs
+from .terminal import progress, say, show_joints
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
     from ..recordings.advice import Assessment
@@ -32,7 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--save-bag', metavar='OUT',
                         help='write the predicted effort, the residual with its deviation and the '
                         'external effort to a new bag')
-    add_force(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -105,6 +102,4 @@ def _print(evaluations: list[Evaluation], total: Statistics, assessment: Assessm
     if total.expected is not None:
         columns['deviation'] = total.expected.deviation
         columns['within'] = total.expected.coverage
-    show_table(('joint', *columns), [
-        (joint, *(f'{column[i]:.3f}' for column in columns.values()))
-        for i, joint in enumerate(JOINTS)])
+    show_joints(columns)

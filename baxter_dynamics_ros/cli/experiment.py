@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import add_arm, add_seed, number
-from .paths import new_folder
+from .options import add_arm, add_seed, new_folder, number
 from .terminal import progress, say
 from ..simulation.trajectories import PERIODS
 

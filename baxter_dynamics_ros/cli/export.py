@@ -1,13 +1,12 @@
 """export: the closed form in other languages, or the base parameters."""
 
 import argparse
-from collections.abc import Callable
+from contextlib import suppress
 import os
 from pathlib import Path
 import re
 
-from .options import add_parameters, read_settings
-from .paths import output_folder
+from .options import add_parameters, output_folder, read_settings
 from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
@@ -17,24 +16,16 @@ from ..export.common import MARK
 from ..files import write_files
 from ..model.exceptions import BaxterDynamicsError
 
-Exporter = Callable[[PredictorSettings, str], dict[str, str]]
-LANGUAGES: dict[str, Exporter] = {
-    'c': lambda settings, command: sources.c_files(settings.model.arm, command),
-    'python': lambda settings, command: sources.python_files(settings.model.arm, command),
-    'matlab': lambda settings, command: matlab.files(settings.model.arm, command),
-    'latex': lambda settings, command: latex.files(settings.model.arm, command),
-    'urdf': lambda settings, command: urdf.files(settings.model.arm, command, settings.arm,
-                                                 settings.model.effort_model),
-}
+_LANGUAGES = {'c': sources.c_files, 'python': sources.python_files, 'matlab': matlab.files,
+              'latex': latex.files}
 DESCRIPTION = (
     'Write the dynamics of the arm in another language, as standalone files that describe their '
     "inputs and outputs. The arm's parameters are stored in the files as data.")
-_HEAD = 4000  # characters of a file that are searched for the mark of an export
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics export``."""
-    parser.add_argument('language', nargs='?', choices=tuple(LANGUAGES),
+    parser.add_argument('language', nargs='?', choices=(*_LANGUAGES, 'urdf'),
                         help='language to write; python is for floats, NumPy, CasADi, SymPy, JAX '
                         "and PyTorch; urdf is the manufacturer's description with the arm's "
                         'masses, inertias and friction')
@@ -53,23 +44,24 @@ def main(args: argparse.Namespace) -> int:
     if args.base_parameters and args.output is not None:
         raise BaxterDynamicsError('--base-parameters prints a table and takes no --output')
     settings = PredictorSettings.from_parameters(read_settings(args))
+    arm = settings.model.arm
     if args.base_parameters:
-        write(base_table(settings.model.arm) + '\n')
+        write(base_table(arm) + '\n')
         return 0
-    texts = LANGUAGES[args.language](settings, _command(args.command_line))
-    folder, files = _placed(texts, args.output or f'baxter_dynamics_{args.language}')
-    write_files(folder, files)
+    # Command and version, safe in a comment of any language.
+    command = re.sub(r'[^ -~]|\\|\*/|/\*|"""', '_',
+                     f'{args.command_line}` of version `{__version__}')
+    if args.language == 'urdf':
+        texts = urdf.files(arm, command, settings.arm, settings.model.effort_model)
+    else:
+        texts = _LANGUAGES[args.language](arm, command)
+    folder, texts = _placed(texts, args.output or f'baxter_dynamics_{args.language}')
+    write_files(folder, texts)
     if args.language != 'urdf':
         say('tau is the torque of the rigid body: springs, friction and bias of the effort '
             'model are not exported')
-    say(*(f'wrote: {folder / name}' for name in files))
+    say(*(f'wrote: {folder / name}' for name in texts))
     return 0
-
-
-def _command(command_line: str) -> str:
-    """Return command and version, safe in a comment of any language."""
-    text = re.sub(r'[^ -~]|\\', '_', f'{command_line}` of version `{__version__}')
-    return re.sub(r'\*/|/\*|"""', '_', text)
 
 
 def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
@@ -80,16 +72,11 @@ def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
             raise BaxterDynamicsError(f'--output: expected a folder for {len(texts)} files')
         texts, path = {path.name: text for text in texts.values()}, path.parent
     folder = output_folder('--output', path)
-    for name in texts:
-        if os.path.lexists(folder / name) and not _is_exported(folder / name):
-            raise BaxterDynamicsError(f'--output: {folder / name} exists and was not written by '
-                                      'an export; move it, or choose another name')
+    for file in map(folder.joinpath, texts):
+        is_exported = False
+        with suppress(OSError):
+            is_exported = MARK in file.read_text('utf-8', 'replace')
+        if os.path.lexists(file) and not is_exported:
+            raise BaxterDynamicsError(f'--output: {file} exists and was not written by an '
+                                      'export; move it, or choose another name')
     return folder, texts
-
-
-def _is_exported(path: Path) -> bool:
-    try:
-        with path.open(encoding='utf-8', errors='replace') as file:
-            return MARK in file.read(_HEAD)
-    except OSError:
-        return False

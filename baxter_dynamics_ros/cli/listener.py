@@ -33,7 +33,7 @@ class Listener:
 
     def __init__(self, name: str, namespace: str = '') -> None:
         self._subscriptions: list[Subscription] = []
-        self._handlers: dict[int, Callable[[int, Any], Any]] = {}
+        self._handlers: dict[int, Any] = {}  # of signals, outside the context
         self._signal: int | None = None  # received, but not handled yet
         try:
             # Without the signal handlers of rclpy, Ctrl-C raises KeyboardInterrupt.
@@ -47,10 +47,8 @@ class Listener:
         """Return this listener."""
         if threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
-                handler = signal.getsignal(number)
-                if callable(handler):
-                    self._handlers[number] = handler
-                    signal.signal(number, self._defer)
+                if callable(signal.getsignal(number)):
+                    self._handlers[number] = signal.signal(number, self._defer)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -63,10 +61,6 @@ class Listener:
         if self._signal is not None:
             self._handlers[number](number, frame)
         self._signal = number
-
-    def _handle_signal(self) -> None:
-        if self._signal is not None:
-            self._handlers[self._signal](self._signal, None)
 
     def subscribe(self, kind: type, topic: str, receive: Callable[[Any], object]) -> None:
         """Call a function with each message of a topic."""
@@ -85,14 +79,16 @@ class Listener:
     def wait(self, condition: Callable[[], object], seconds: float) -> bool:
         """Receive messages for a time [s], or until a condition holds; return whether it does."""
         limit = time.monotonic() + seconds
-        self._handle_signal()
-        while not (holds := bool(condition())) and (left := limit - time.monotonic()) > 0.0:
+        while True:
+            if self._signal is not None:
+                self._handlers[self._signal](self._signal, None)
+            holds, left = bool(condition()), limit - time.monotonic()
+            if holds or left <= 0.0:
+                return holds
             time.sleep(min(left, _BATCH_PERIOD))
             for subscription in self._subscriptions:
                 for message, _ in take_waiting(subscription, _MAX_BATCH):
                     subscription.callback(message)
-            self._handle_signal()
-        return holds
 
     def call(self, kind: type[Any], name: str) -> Any:
         """Return the answer of a service to an empty request; None if there is none."""

@@ -40,15 +40,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """
-    Run a verb.
-
-    Returns
-    -------
-    int
-        Exit code: 0, or 1 with the reason on stderr.
-
-    """
+    """Run a verb; return the exit code: 0, or 1 with the reason on stderr."""
     os.environ['MPLBACKEND'] = 'agg'  # the backend of a notebook may not be installed
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
@@ -67,20 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """
-    Parse a command line.
-
-    Returns
-    -------
-    argparse.Namespace
-        The verb's arguments, with ``verb``, ``main`` and the whole ``command_line``.
-
-    Raises
-    ------
-    SystemExit
-        If the arguments are wrong, or ask for help.
-
-    """
+    """Return the arguments of a verb, with ``verb``, its ``main`` and the whole command line."""
     parser = _Parser(
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)

@@ -1,8 +1,10 @@
-"""Command-line options shared by several verbs, and the input that they name."""
+"""Command-line options shared by several verbs, and the inputs and outputs that they name."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+import os
 from pathlib import Path
+import tempfile
 from typing import Any, TYPE_CHECKING
 
 from .terminal import say
@@ -41,6 +43,12 @@ def add_seed(parser: argparse.ArgumentParser, prefix: str = '') -> None:
                         help=prefix + 'seed of the sensor noise (default: %(default)s)')
 
 
+def add_topic(parser: argparse.ArgumentParser) -> None:
+    """Add ``--topic`` of live joint states."""
+    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
+                        help='topic of the joint states (default: %(default)s)')
+
+
 def add_predictor(parser: argparse.ArgumentParser) -> None:
     """Add ``--node``, ``--topic`` and ``--arm`` of a running predictor."""
     parser.add_argument('--node', default='/torque_predictor', metavar='NAME',
@@ -49,24 +57,8 @@ def add_predictor(parser: argparse.ArgumentParser) -> None:
     add_topic(parser)
 
 
-def add_topic(parser: argparse.ArgumentParser) -> None:
-    """Add ``--topic`` of live joint states."""
-    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
-                        help='topic of the joint states (default: %(default)s)')
-
-
-def add_recordings(parser: argparse.ArgumentParser, nargs: str = '+') -> None:
-    """Add the recordings and the options for reading them."""
-    parser.add_argument('bags', nargs=nargs, metavar='BAG',
-                        help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, an .npz or a .csv file')
-    add_arm(parser, 'arm (default: the only one in the recording)', None)
-    parser.add_argument('--topic', metavar='NAME',
-                        help='topic of the joint states (default: /robot/joint_states)')
-    add_parameters(parser, 'such as the result of a calibration')
-
-
 def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add ``--params`` and ``--node``."""
+    """Add ``--params`` and ``--node``; see :func:`read_settings`."""
     parser.add_argument('--params', metavar='FILE', action='append', default=[],
                         help=f'parameter file of torque_predictor, {text}; given several times, '
                         'later files override earlier ones')
@@ -74,9 +66,24 @@ def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
                         help='node to read the parameters of (default: %(default)s)')
 
 
-def add_force(parser: argparse.ArgumentParser) -> None:
-    """Add ``--force``."""
+def add_recordings(parser: argparse.ArgumentParser, nargs: str = '+') -> None:
+    """Add the recordings, the options for reading them, and ``--force``; see read_inputs."""
+    parser.add_argument('bags', nargs=nargs, metavar='BAG',
+                        help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, an .npz or a .csv file')
+    add_arm(parser, 'arm (default: the only one in the recording)', None)
+    parser.add_argument('--topic', metavar='NAME',
+                        help='topic of the joint states (default: /robot/joint_states)')
+    add_parameters(parser, 'such as the result of a calibration')
     parser.add_argument('--force', action='store_true', help='replace existing output')
+
+
+def read_settings(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the parameters in the files named by the options of add_parameters."""
+    if not args.params:
+        return {}
+    from ..recordings.parameter_file import read_parameters
+    return read_parameters([Path(path).expanduser() for path in args.params], args.node,
+                           lambda line: say(f'warning: {line}'))
 
 
 def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, Recordings]':
@@ -93,10 +100,62 @@ def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, Recording
     return PredictorSettings.from_parameters(values), recordings
 
 
-def read_settings(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the parameters in the files named by the options of add_parameters."""
-    if not args.params:
-        return {}
-    from ..recordings.parameter_file import read_parameters
-    return read_parameters([Path(path).expanduser() for path in args.params], args.node,
-                           lambda line: say(f'warning: {line}'))
+def output_folder(option: str, output: str | Path, force: bool = True,
+                  inputs: Iterable[str] = ()) -> Path:
+    """
+    Return the absolute path of an output folder, which may not exist yet.
+
+    Raises BaxterDynamicsError, with the option that names the folder, if it cannot be written,
+    belongs to the inputs of the command, or has contents and force is False.
+    """
+    path = Path(output).expanduser().resolve()
+    existing = next(place for place in (path, *path.parents) if os.path.lexists(place))
+    if not existing.is_dir():
+        raise BaxterDynamicsError(f'{option}: {existing} is not a folder')
+    return _checked(option, path, existing, force, inputs)
+
+
+def output_file(option: str, output: str | Path, endings: tuple[str, ...], force: bool = True,
+                inputs: Iterable[str] = ()) -> Path:
+    """Return the absolute path of an output file with one of the endings, as output_folder."""
+    path = Path(output).expanduser().resolve()
+    if path.suffix.lower() not in endings:
+        raise BaxterDynamicsError(
+            f'{option}: expected a name ending in {" or ".join(endings)}, got {path.name}')
+    if not path.parent.is_dir():
+        raise BaxterDynamicsError(f'{option}: no folder {path.parent}')
+    if path.is_dir():
+        raise BaxterDynamicsError(f'{option}: {path} is a folder')
+    return _checked(option, path, path.parent, force, inputs)
+
+
+def _checked(option: str, path: Path, folder: Path, force: bool, inputs: Iterable[str]) -> Path:
+    """Return the path of an output in an existing folder, or raise BaxterDynamicsError."""
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise BaxterDynamicsError(
+            f'{option}: {folder} cannot be written ({error.strerror})') from None
+    if path.is_file() or path.is_dir() and any(path.iterdir()):
+        for source in (Path(name).expanduser() for name in inputs):
+            if source.exists() and (path.is_relative_to(source.resolve())
+                                    or path.samefile(source)):
+                raise BaxterDynamicsError(f'{option}: {path} belongs to the input {source}')
+        if not force:
+            raise BaxterDynamicsError(f'{option}: {path} exists; choose another name, or replace '
+                                      'it with --force')
+    return path
+
+
+def new_folder(output: str) -> Path:
+    """Create the folder of ``--output``, which may exist if it is empty, and return its path."""
+    path = Path(output).expanduser().resolve()
+    try:
+        path.mkdir(exist_ok=True)
+        is_empty = not any(path.iterdir())
+    except OSError as error:
+        raise BaxterDynamicsError(
+            f'--output: {path} cannot be created ({error.strerror})') from None
+    if not is_empty:
+        raise BaxterDynamicsError(f'--output: {path} is not empty; name a new folder')
+    return path

@@ -1,27 +1,38 @@
 """The page of the panel: 3D view, sentences, buttons and charts, shared by all viewers."""
 
 import argparse
-from contextlib import redirect_stdout
+from collections.abc import Callable
+from contextlib import redirect_stdout, suppress
 from html import escape
 import io
 import math
 from queue import Empty, SimpleQueue
+from typing import Any
 
 import numpy as np
+import rclpy
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from std_srvs.srv import Trigger
 import viser
 
 from .listener import Listener
 from .monitor import Monitor, Predictor
-from .panel_calls import Calls
-from .panel_charts import Charts
-from .panel_scene import Scene
+from .panel_views import Charts, force_of, Scene
 from .terminal import say
 from ..model.effort import BAND
 from ..model.joints import joint_names, JOINTS
+from ..nodes import topics
+
+try:
+    from baxter_dynamics_interfaces.action import Calibrate
+except ImportError:
+    Calibrate = None
 
 _PERIOD = 0.067  # of the 3D view [s]
 _SLOWER = 5  # of the page's other parts, in such periods
 _LEVELS = ('#2f9e5b', '#d9910a', '#d1402b', '#8a949e')  # OK, WARN, ERROR, STALE
+_CALIBRATION = 60.0  # duration of its motion [s]
 
 
 def serve(listener: Listener, args: argparse.Namespace) -> None:
@@ -45,18 +56,18 @@ class Page:
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        server.gui.configure_theme(control_layout='floating', control_width='large',
-                                   show_logo=False, show_share_button=False,
-                                   brand_color=(31, 119, 201))
-        self._summary = server.gui.add_html('')
+        gui = server.gui
+        gui.configure_theme(control_layout='floating', control_width='large', show_logo=False,
+                            show_share_button=False, brand_color=(31, 119, 201))
+        self._summary = gui.add_html('')
         self._pressed: SimpleQueue[str] = SimpleQueue()  # from the threads of the server
-        self._buttons = server.gui.add_button_group('', ('Reset',), visible=False)
-        self._buttons.on_click(lambda _: self._pressed.put(self._buttons.value.lower()))
-        self._bar = server.gui.add_progress_bar(0.0, visible=False)
-        self._answer = server.gui.add_html('')
-        self._charts = Charts(server.gui)
+        self._buttons = gui.add_button_group('', ('Reset',), visible=False)
+        self._buttons.on_click(lambda _: self._pressed.put(self._buttons.value))
+        self._bar = gui.add_progress_bar(0.0, visible=False)
+        self._answer = gui.add_html('')
+        self._charts = Charts(gui)
         with self._charts.tabs.add_tab('Diagnostics'):
-            self._diagnostics = server.gui.add_html('')
+            self._diagnostics = gui.add_html('')
         self._scene = Scene(server)
         self._calls = Calls(self._report)
 
@@ -66,34 +77,33 @@ class Page:
         with self._server.atomic():
             if shown:
                 self._update_scene(shown[0], now)
-                self._charts.add(shown[0].instant(now), now)
+                self._charts.add(shown[0].efforts(now), now)
                 self._call(shown[0])
             if is_slow and self._server.get_clients():
-                self._summary.content = summary(monitor.problem(now), shown, now)
+                problem = monitor.problem(now)
+                self._summary.content = (_paragraph(escape(problem), _LEVELS[1]) if problem else
+                                         _summary(shown[0], now))
                 if shown:
                     self._charts.show(now)
-                    self._diagnostics.content = diagnostics(shown[0], now)
+                    self._diagnostics.content = _diagnostics(shown[0], now)
 
     def _update_scene(self, predictor: Predictor, now: float) -> None:
-        newest, wrench = predictor.joint_states.newest(now), predictor.wrench.newest(now)
-        positions = dict(zip(newest[1].name, newest[1].position)) if newest else {}
-        self._scene.move(positions)
         self._scene.touch({f'{predictor.side}_{joint}' for joint in predictor.contact_joints(now)})
-        names = joint_names(predictor.side) if predictor.side else ('',)
-        if positions.keys() >= set(names):
-            q = np.array([positions[name] for name in names])
-            force, frame = wrench[1] if wrench else (None, '')
-            self._scene.push(predictor.side, q, force, frame.endswith('_hand'))
+        state = predictor.newest(topics.JOINT_STATES, now)
+        positions = dict(zip(state.name, state.position)) if state else {}
+        self._scene.move(positions)
+        names = joint_names(predictor.side) if state else ()
+        if names and positions.keys() >= set(names):
+            self._scene.push(predictor.side, np.array([positions[name] for name in names]),
+                             predictor.newest(topics.EXTERNAL_WRENCH, now))
 
     def _call(self, predictor: Predictor) -> None:
-        offered = tuple(verb.capitalize() for verb in self._calls.offer(predictor.name))
+        offered = self._calls.offer(predictor.name)
         self._buttons.visible = bool(offered)
         if offered and offered != self._buttons.options:
             self._buttons.options = offered
-        try:
+        with suppress(Empty):
             self._calls.start(self._pressed.get_nowait())
-        except Empty:
-            pass
         self._calls.poll()
 
     def _report(self, text: str, progress: float | None) -> None:
@@ -102,50 +112,116 @@ class Page:
         self._answer.content = _paragraph(escape(_sentence(text)).replace('\n', '<br>'))
 
 
-def summary(problem: str | None, shown: list[Predictor], now: float) -> str:
-    """Return sentences on what is missing, contact, force, residual and rates, as HTML."""
-    if problem or not shown:
-        return _paragraph(escape(problem or ''), _LEVELS[1])
-    predictor = shown[0]
+class Calls:
+    """
+    Calls of a predictor's services and its calibration, one at a time, without waiting.
+
+    ``report`` receives progress from 0 to 1, and the answer.
+    """
+
+    def __init__(self, report: Callable[[str, float | None], None]) -> None:
+        self._is_busy = False
+        self._report = report
+        self._node = Node('panel_calls', enable_rosout=False, start_parameter_services=False)
+        self._clients: dict[str, Any] = {}
+        self._predictor = ''
+        self._goal: Any = None  # of the calibration
+
+    def offer(self, predictor: str) -> tuple[str, ...]:
+        """Return what a predictor offers now; only to cancel while it calibrates."""
+        if predictor != self._predictor:
+            self._predictor, create = predictor, self._node.create_client
+            self._clients = {'Zero': create(Trigger, f'{predictor}/{topics.ZERO}')}
+            if Calibrate is not None:
+                self._clients['Calibrate'] = ActionClient(
+                    self._node, Calibrate, f'{predictor}/{topics.CALIBRATE}')
+            self._clients['Reset'] = create(Trigger, f'{predictor}/{topics.RESET}')
+        if self._goal is not None:
+            return ('Cancel',)
+        return tuple(verb for verb, client in self._clients.items() if (
+            client.server_is_ready if verb == 'Calibrate' else client.service_is_ready)())
+
+    def start(self, verb: str) -> None:
+        """Start a call, unless another one has no answer yet."""
+        if verb == 'Cancel' and self._goal is not None:
+            self._goal.cancel_goal_async()
+        elif not self._is_busy and verb in self._clients:
+            self._is_busy = True
+            if verb == 'Calibrate':
+                self._report('', 0.0)
+                self._clients[verb].send_goal_async(
+                    Calibrate.Goal(duration=_CALIBRATION), self._on_feedback
+                ).add_done_callback(self._on_goal)
+            else:
+                self._report(f'{verb} …', None)
+                self._clients[verb].call_async(Trigger.Request()).add_done_callback(
+                    lambda future: self._end(future.result().message))
+
+    def poll(self) -> None:
+        """Process what has arrived."""
+        for _ in range(20 if self._is_busy else 0):
+            rclpy.spin_once(self._node, timeout_sec=0.0)
+
+    def _on_goal(self, future: Any) -> None:
+        goal = future.result()
+        if goal.accepted:
+            self._goal = goal
+            goal.get_result_async().add_done_callback(
+                lambda result: self._end(result.result().result.message))
+        else:
+            self._end('the predictor refuses to calibrate now')
+
+    def _on_feedback(self, message: Any) -> None:
+        feedback = message.feedback
+        seen = ', '.join(f'{joint.rpartition("_")[2]} {100.0 * part:.0f} %'
+                         for joint, part in zip(feedback.joint_names, feedback.seen))
+        self._report(f'{feedback.advice}\nSeen: {seen}', min(feedback.elapsed / _CALIBRATION, 1.0))
+
+    def _end(self, message: str) -> None:
+        self._is_busy, self._goal = False, None
+        self._report(message or 'done', None)
+
+
+def _summary(predictor: Predictor, now: float) -> str:
+    """Return sentences on contact, force, residual and rates, as HTML."""
     delay = predictor.delay(now)
+    states, residuals = (predictor.rate(topic, now)
+                         for topic in (topics.JOINT_STATES, topics.EFFORT_RESIDUAL))
     sentences = [
         f'<b>{predictor.side.capitalize()} arm</b>', _contact(predictor, now),
         _residual(predictor, now), escape(_sentence(predictor.explanation(now))),
-        f'{predictor.joint_states.rate(now):.0f} joint states and '
-        f'{predictor.residual.rate(now):.0f} residuals a second'
+        f'{states:.0f} joint states and {residuals:.0f} residuals a second'
         + ('' if delay is None else f', {1e3 * delay:.0f} ms behind the robot')]
     return ''.join(map(_paragraph, filter(None, sentences)))
 
 
-def diagnostics(predictor: Predictor, now: float) -> str:
-    """Return the diagnostics as HTML, one sentence per status."""
-    return ''.join(_paragraph(
-        f'<b>{escape(status.name)}</b> {escape(status.message)}',
-        _LEVELS[min(status.level, len(_LEVELS) - 1)]) for status in predictor.diagnostics(now)
-    ) or _paragraph('no diagnostics', _LEVELS[3])
-
-
 def _contact(predictor: Predictor, now: float) -> str:
-    in_contact, wrench = predictor.in_contact(now), predictor.wrench.newest(now)
-    if in_contact is None:
-        return 'Contact is not known yet'
+    in_contact = predictor.in_contact(now)
     if not in_contact:
-        return 'No contact'
+        return 'Contact is not known yet' if in_contact is None else 'No contact'
     joints = ', '.join(predictor.contact_joints(now))
-    force = f', {np.linalg.norm(wrench[1][0]):.0f} N at the hand' if wrench else ''
+    wrench = predictor.newest(topics.EXTERNAL_WRENCH, now)
     return (f'<b style="color:{_LEVELS[2]}">Contact</b> for '
-            f'{predictor.contact_duration(now):.1f} s' + (f' at {joints}' if joints else '')
-            + force)
+            f'{now - predictor.contact_since:.1f} s' + (f' at {joints}' if joints else '')
+            + (f', {np.linalg.norm(force_of(wrench)):.0f} N at the hand' if wrench else ''))
 
 
 def _residual(predictor: Predictor, now: float) -> str:
-    instant = predictor.instant(now)
-    if np.isnan(instant.deviation).all():
+    _, _, residual, deviation = predictor.efforts(now)
+    if np.isnan(deviation).all():
         return ''
-    beyond = [joint for joint, residual, deviation in zip(
-        JOINTS, instant.residual, instant.deviation) if abs(residual) > BAND * deviation]
+    beyond = [joint for joint, is_beyond in zip(JOINTS, np.abs(residual) > BAND * deviation)
+              if is_beyond]
     return ('Residual beyond its expected range at ' + ', '.join(beyond) if beyond else
             'All residuals are within their expected range')
+
+
+def _diagnostics(predictor: Predictor, now: float) -> str:
+    """Return the diagnostics as HTML, one sentence per status."""
+    return ''.join(_paragraph(f'<b>{escape(name)}</b> {escape(text)}',
+                              _LEVELS[min(level, len(_LEVELS) - 1)])
+                   for name, level, text in predictor.diagnostics(now)
+                   ) or _paragraph('no diagnostics', _LEVELS[3])
 
 
 def _sentence(text: str) -> str:

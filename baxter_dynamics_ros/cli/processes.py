@@ -25,8 +25,7 @@ class NodeProcess:
             [sys.executable, '-m', f'baxter_dynamics_ros.nodes.{executable}', *arguments],
             stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
             env=environment)
-        self.pid = self._process.pid
-        self.wait = self._process.wait
+        self.pid, self.wait = self._process.pid, self._process.wait
 
     def __enter__(self) -> 'NodeProcess':
         """Return this process."""

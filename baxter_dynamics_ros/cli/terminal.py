@@ -1,13 +1,21 @@
 """Text, tables and progress bars; text from outside is never interpreted by the terminal."""
 
-from collections.abc import Callable, Iterator, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import io
 import os
 import signal
 import sys
+from typing import TYPE_CHECKING
 
+from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
 
 
 def printable(text: object) -> str:
@@ -30,13 +38,8 @@ def write(text: str) -> None:
     """
     Write a text to stdout as it is; characters that the encoding lacks are escaped.
 
-    Raises
-    ------
-    BaxterDynamicsError
-        If stdout cannot be written.
-    SystemExit
-        If the reader of a pipe has ended.
-
+    Raises BaxterDynamicsError if stdout cannot be written, and SystemExit if the reader of a pipe
+    has ended.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors='backslashreplace')
@@ -50,11 +53,24 @@ def write(text: str) -> None:
         raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
+def plain_console() -> Console:
+    """Return a console that prints text as it is."""
+    from rich.console import Console
+    return Console(markup=False, highlight=False, emoji=False)
+
+
+def show(content: RenderableType) -> None:
+    """Print what rich can render."""
+    console = plain_console()
+    with console.capture() as capture:
+        console.print(content)
+    write(capture.get())
+
+
 def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
                bold_last: bool = False) -> None:
     """Print a table; all columns but the first are aligned to the right."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
     result = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for i, column in enumerate(columns):
@@ -62,10 +78,14 @@ def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
     for i, row in enumerate(rows):
         result.add_row(*map(printable, row),
                        style='bold' if bold_last and i == len(rows) - 1 else None)
-    console = Console(markup=False, highlight=False, emoji=False)
-    with console.capture() as capture:
-        console.print(result)
-    write(capture.get())
+    show(result)
+
+
+def show_joints(columns: Mapping[str, Array]) -> None:
+    """Print a table of named columns (7,), with a row per joint."""
+    show_table(('joint', *columns), [
+        (joint, *(f'{column[i]:.3f}' for column in columns.values()))
+        for i, joint in enumerate(JOINTS)])
 
 
 @contextmanager

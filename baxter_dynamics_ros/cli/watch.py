@@ -1,13 +1,8 @@
 """watch: a running predictor in the terminal."""
 
 import argparse
-import math
-import sys
 
-from .options import add_predictor, number
-from .paths import output_file
-
-_WAIT = 10.0  # [s] that --once waits by default
+from .options import add_predictor, number, output_file
 
 DESCRIPTION = (
     'Show the output of a running torque_predictor: measured and predicted effort, residual, '
@@ -31,21 +26,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Show a predictor live, as lines or once."""
-    from . import watch_display as display
     from .listener import Listener
     from .monitor import Monitor
+    from .watch_view import save, watch
     figure = output_file('--save', args.save, ('.svg',)) if args.save else None
-    duration = args.duration or (_WAIT if args.once else math.inf)
     with Listener('watch') as listener:
         monitor = Monitor(listener, args.node, args.topic, args.arm)
         try:
-            if args.once:
-                display.once(monitor, duration)
-            elif sys.stdout is not None and sys.stdout.isatty():
-                display.live(monitor, 1.0 / args.rate, duration)
-            else:
-                display.lines(monitor, duration)
+            watch(monitor, args)
         finally:  # also after Ctrl-C
             if figure is not None:
-                display.save(monitor, figure)
+                save(monitor, figure)
     return 0
