@@ -61,7 +61,7 @@ class Scene:
                                       'example-robot-data')
         urdf = yourdfpy.URDF.load(str(folder / 'urdf' / 'baxter.urdf'), load_meshes=False,
                                   build_scene_graph=False)
-        self._add_link(urdf, folder, urdf.base_link, '/robot', '')
+        self._add_link(urdf, folder, 'base', '/robot', '')
 
     def move(self, positions: dict[str, float]) -> None:
         """Move joints to positions by name [rad]."""

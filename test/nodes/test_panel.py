@@ -9,32 +9,28 @@ import time
 
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.joints import joint_names, mount
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 import numpy as np
 import pytest
+from std_msgs.msg import Header
 
 pytest.importorskip('yourdfpy', reason='needs pip install ".[panel]"')
 viser = pytest.importorskip('viser', reason='needs pip install ".[panel]"')
 pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
 
-from baxter_dynamics_ros.cli import panel_scene  # noqa: E402, I100
-from baxter_dynamics_ros.cli.panel_charts import steady_range  # noqa: E402
+from baxter_dynamics_ros.cli import panel_views  # noqa: E402, I100
 
 Q = np.array([0.3, -0.6, 0.1, 1.4, 0.2, 0.8, 0.4])  # [rad]
 FORCE = np.array([0.0, 4.0, -18.0])  # axes of the base [N]
-WITHOUT_MESHES = ('import sys; from baxter_dynamics_ros.cli import main, panel_scene; '
-                  'panel_scene.find_meshes = lambda: None; sys.exit(main.main(sys.argv[1:]))')
-
-
-@pytest.fixture(params=['capsules', 'meshes'])
-def scene(request, monkeypatch):
-    """Return a scene with the manufacturer's meshes, or with capsules."""
-    if request.param == 'capsules':
-        monkeypatch.setattr(panel_scene, 'find_meshes', lambda: None)
-    elif panel_scene.find_meshes() is None:
-        pytest.skip('the meshes are missing: pip install example-robot-data')
-    server = viser.ViserServer('localhost', 8500, verbose=False)
-    yield panel_scene.Scene(server)
-    server.stop()
+# A triangle for each mesh, because software rendering is slow.
+SIMPLE = """
+import sys
+import numpy as np
+from baxter_dynamics_ros.cli import main, panel_views
+panel_views._load = lambda file: [(0.1 * np.eye(3), np.array([[0, 1, 2]]), (90, 90, 90))]
+sys.exit(main.main(sys.argv[1:]))
+"""
+SLOWLY = 'requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 300)'
 
 
 def test_scales_hold_all_values_and_change_rarely(rng):
@@ -42,31 +38,44 @@ def test_scales_hold_all_values_and_change_rarely(rng):
     limits, changes = (0.0, 0.0), 0
     for end in range(2, len(values)):
         window = values[max(0, end - 300):end]
-        before, limits = limits, steady_range(limits, window.min(), window.max())
+        before, limits = limits, panel_views.steady_range(limits, window.min(), window.max())
         assert limits[0] <= window.min() and window.max() <= limits[1]
         assert np.ptp(limits) < 5.0 * max(np.ptp(window), 0.2)
         changes += limits != before
     assert changes < 60
 
 
-def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(scene):
+def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch):
+    load, shapes = panel_views._load, {}
+
+    def load_wrist(file):  # the others take seconds
+        shapes[file.name] = load(file) if file.name == 'W2.DAE' else [
+            (np.eye(3), np.array([[0, 1, 2]]), (90, 90, 90))]
+        return shapes[file.name]
+    monkeypatch.setattr(panel_views, '_load', load_wrist)
+    server = viser.ViserServer('localhost', 8500, verbose=False)
+    scene = panel_views.Scene(server)
+    assert {'E1.DAE', 'PEDESTAL.DAE', 'H0.DAE'} < shapes.keys()
+    (vertices, faces, _), *_ = shapes['W2.DAE']
+    assert 100 < len(faces) < 10_000 and 0.05 < np.ptp(vertices, axis=0).max() < 0.3  # [m]
     scene.move(dict(zip(joint_names('right'), Q)))
     hand = BaxterArm(mount=mount('right')).forward_kinematics(Q)
-    for in_hand, force in ((False, FORCE), (True, hand[:3, :3].T @ FORCE)):
-        scene.push('right', Q, force, in_hand)
+    for frame, force in (('base', FORCE), ('right_hand', hand[:3, :3].T @ FORCE)):
+        scene.push('right', Q, WrenchStamped(header=Header(frame_id=frame), wrench=Wrench(
+            force=Vector3(**dict(zip('xyz', force))))))
         start, end = scene._arrow.points[0]
         np.testing.assert_allclose(start, hand[:3, 3], atol=1e-6)
         np.testing.assert_allclose((end - start) / np.linalg.norm(end - start),
                                    FORCE / np.linalg.norm(FORCE), atol=1e-6)
         assert scene._arrow.visible and scene._label.text == '18 N'
-    scene.push('right', Q, None, False)
+    scene.push('right', Q, None)
     assert not scene._arrow.visible
-    meshes = scene._meshes['right_s1']
-    plain = [mesh.color for mesh, _ in meshes]
+    (mesh, plain), = scene._meshes['right_s1']
     scene.touch({'right_s1'})
-    assert all(mesh.color != before for (mesh, _), before in zip(meshes, plain))
+    assert tuple(mesh.color) != plain
     scene.touch(set())
-    assert [mesh.color for mesh, _ in meshes] == plain
+    assert tuple(mesh.color) == plain
+    server.stop()
 
 
 @pytest.mark.timeout(300)  # software rendering takes most of a core
@@ -77,20 +86,19 @@ def test_page_shows_a_push_and_its_buttons_act(domain, start):
         pytest.skip('needs Chromium')
     start('fake_baxter', '-p', 'trajectory:=hold', '-p', f'force:={FORCE.tolist()}')
     start('torque_predictor')
-    panel = subprocess.Popen([sys.executable, '-c', WITHOUT_MESHES, 'panel', '--port', '8600'],
+    panel = subprocess.Popen([sys.executable, '-c', SIMPLE, 'panel', '--port', '8600'],
                              stdout=subprocess.PIPE, text=True, env=dict(os.environ))
     try:
         url = panel.stdout.readline().removeprefix('panel: ').strip()
         assert url.startswith('http://localhost:')
         with playwright.sync_playwright() as driver:
             window = driver.chromium.launch(executable_path=browser)
-            pages = [window.new_page(viewport={'width': 800, 'height': 600},
-                                     device_scale_factor=0.25) for _ in range(2)]
-            for page in pages:  # two viewers at once
-                page.set_default_timeout(40_000)
-                page.goto(url)
-                page.get_by_text('N at the hand').wait_for()
-            pages[0].close()
+            page = window.new_page(viewport={'width': 640, 'height': 400},
+                                   device_scale_factor=0.1)
+            page.set_default_timeout(40_000)
+            page.add_init_script(SLOWLY)
+            page.goto(url)
+            page.get_by_text('N at the hand').wait_for()
 
             def press(button, answer):
                 # A click waits for the page to be still, which software rendering makes rare.
