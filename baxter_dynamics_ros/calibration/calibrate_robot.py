@@ -1,19 +1,17 @@
 """Calibration of a robot from recordings."""
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from .body_terms import REACH
-from .calibration_results import Calibration
-from .checks import check_data, distinct, long_enough, one_arm, refuse, warnings
-from .fit import best_fit, choose, Fit
-from .fit_data import Motion, observe, residual, rms
-from .noise import robust_weights
-from .normal import pose
-from .term import Term
-from .terms import all_terms, OPTIONAL
+from .calibration_results import Calibration, Fitted
+from .fit import best_fit, choose
+from .fit_data import (CalibrationError, check_data, distinct, long_enough, Motion, observe,
+                       refuse, residual, rms, warnings)
+from .joint_terms import Term
+from .least_squares import Problem
+from .terms import all_terms, OPTIONAL, REACH
 from ..estimation.settings import BaseSettings, EffortModelSettings, PredictorSettings
 from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
@@ -22,10 +20,11 @@ from ..recordings.notices import Notice
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import Lag
 
-PARTS = 5  # number of folds of a single recording
-SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
+_PARTS = 5  # number of folds of a single recording
+_SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted
 _LAG_OFF = 0.001  # minimum difference for which the measured velocity lag is adopted [s]
 _SIGMAS = 3.0  # ... and minimum number of standard errors
+_TAIL = 4.0  # degrees of freedom of the residuals' t distribution
 
 
 def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | None = None,
@@ -34,78 +33,60 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     """
     Fit the effort model, and optionally links and payload, to recordings of one arm.
 
-    Parameters
-    ----------
-    recordings : list of Recording
-        Recordings of one arm; each must be readable more than once.
-    settings : PredictorSettings, optional
-        Initial settings, such as an earlier calibration; the defaults if omitted.
-    inertial, payload : bool
-        Whether to fit the inertial parameters of the links, and the payload.
-    only : collection of str
-        Names of the terms to fit unconditionally. By default every term is fitted that improves
-        the cross-validated residual.
-    progress : callable, optional
-        Called with a description of each stage.
-
-    Raises
-    ------
-    CalibrationError
-        If the recordings cannot be used, with the reason.
-    ArgumentError
-        If the settings have no effort model to fit, or a term does not exist.
-
+    The recordings are read twice if their velocity lag is not that of the initial settings. By
+    default every term is fitted that improves the cross-validated residual, otherwise only the
+    named ones. Progress is called with a description of each stage. CalibrationError is raised if
+    the recordings cannot be used, ArgumentError if the settings have no effort model to fit, or a
+    term does not exist.
     """
-    settings = _starting_point(settings or PredictorSettings(), one_arm(recordings))
-    asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
-    motions, notices = distinct(_observed(recordings, settings, progress))
-    refuse(motions)
-    check = check_data(long_enough(motions), settings)
-    lag = None if check is None else check.lag
-    if check is not None:
-        notices += check.problems
-    if lag is not None and _is_off(lag, settings.acceleration.velocity_lag):
-        settings = replace(settings, acceleration=replace(
-            settings.acceleration, velocity_lag=round(max(lag.value, 0.0), 4)))
-        motions, _ = distinct(_observed(recordings, settings, progress))  # new delay
-    notices += warnings(motions)
-    motions = long_enough(motions)
+    settings = _starting_point(settings or PredictorSettings(), recordings)
+    settings, motions, lag, notices = _measured(recordings, settings, progress)
     by_time = len(motions) == 1
     if by_time:
-        motions = _split(motions[0])
-        notices.append(Notice('by_time', f'one recording: judged on each of {PARTS} parts of it, '
+        edges = np.linspace(0, len(motions[0]), _PARTS + 1).astype(int)
+        motions = [motions[0].take(slice(*pair), f'{motions[0].name}, part {k + 1}')
+                   for k, pair in enumerate(zip(edges, edges[1:]))]
+        notices.append(Notice('by_time', f'one recording: judged on each of {_PARTS} parts of it, '
                               'fitted to the others. A motion that repeats lap after lap makes '
                               'this look better than it is: record another'))
-    sweep = _sweep(motions)
-    terms = _terms(settings, sweep, only, asked, notices)
+    asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
+    s1 = np.concatenate([motion.q[:, S1] for motion in motions])
+    low, high = np.quantile(s1, [0.002, 0.998]).tolist()  # without outliers
+    terms = _terms(settings, (low, high), only, asked, notices)
     progress('fitting')
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
-    choice = choose(pose(settings, terms, motions), wanted)  # finds contact and outliers
+    _, _, found = choose(Problem(settings, terms, motions), wanted)
     contacts = [contact for motion in motions for contact in find_contacts(
-        motion.time, residual(motion, choice.settings), motion.q, motion.name)]
+        motion.time, residual(motion, found), motion.q, motion.name)]
     free = _without(contacts, motions, notices)
-    weights = robust_weights([residual(motion, choice.settings) for motion in free])
-    problem = pose(settings, terms, [
-        replace(motion, weight=weight) for motion, weight in zip(free, weights)])
-    choice = choose(problem, wanted)
+    problem = Problem(settings, terms, _robust(free, found))
+    steps, unidentifiable, _ = choose(problem, wanted)
     progress('judging on what was left out')
-    fit, last = best_fit(problem, choice.steps)
-    notices += _doubts(fit, choice.unidentifiable, [
-        step.term for step in choice.steps[last + 1:] if step.joints])
+    fit, last = best_fit(problem, steps)
+    parameters = fit.parameters
+    notices += _doubts(parameters, unidentifiable,
+                       [step.term for step in steps[last + 1:] if step.joints])
     judged = [one if len(part) == len(motion) else replace(
                   one, with_contact=rms(residual(motion, problem.updated(b))))
               for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
-        arm=settings.arm, before=settings, after=fit.settings, parameters=fit.parameters,
-        steps=choice.steps[:last + 1], judged=judged, by_time=by_time, lag=lag, check=check,
+        arm=settings.arm, before=settings, after=fit.settings, parameters=parameters,
+        steps=steps[:last + 1], judged=judged, by_time=by_time, lag=lag,
         contacts=[] if free is motions else contacts, notices=tuple(notices),
         samples=sum(map(len, free)), duration=sum(motion.duration for motion in free),
-        s1_range=sweep)
+        s1_range=(low, high))
 
 
-def _starting_point(given: PredictorSettings, arm: str) -> PredictorSettings:
-    """Return the settings with the tilt of the base expressed in gravity."""
+def _starting_point(given: PredictorSettings,
+                    recordings: Sequence[Recording]) -> PredictorSettings:
+    """Return the settings of the recorded arm, the tilt of the base expressed in gravity."""
+    if not recordings:
+        raise CalibrationError('no recordings')
+    arm, *others = {recording.arm for recording in recordings}
+    if others:
+        raise CalibrationError(
+            'the recordings are of both arms: calibrate one arm at a time (--arm)')
     if not given.effort_model.enabled:
         raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
                             'effort model to fit; begin with other parameters')
@@ -115,37 +96,37 @@ def _starting_point(given: PredictorSettings, arm: str) -> PredictorSettings:
                    base=BaseSettings())
 
 
-def _observed(recordings: Iterable[Recording], settings: PredictorSettings,
-              progress: Callable[[str], None]) -> list[Motion]:
-    motions = []
-    for recording in recordings:
-        progress(f'reading {recording.name}')
-        motions.append(observe(recording, settings))
-    return motions
+def _measured(
+        recordings: Sequence[Recording], settings: PredictorSettings,
+        progress: Callable[[str], None]
+) -> tuple[PredictorSettings, list[Motion], 'Lag | None', list[Notice]]:
+    """Return settings with the measured velocity lag, motions, that lag, and notices."""
+    def read() -> tuple[list[Motion], list[Notice]]:
+        motions = []
+        for recording in recordings:
+            progress(f'reading {recording.name}')
+            motions.append(observe(recording, settings))
+        return distinct(motions)
 
-
-def _is_off(lag: Lag, setting: float) -> bool:
-    """Return whether the measured lag differs significantly from the setting [s]."""
-    return abs(lag.value - setting) > max(_LAG_OFF, _SIGMAS * lag.uncertainty)
-
-
-def _split(motion: Motion) -> list[Motion]:
-    edges = np.linspace(0, len(motion), PARTS + 1).astype(int)
-    return [motion.take(slice(*pair), f'{motion.name}, part {k + 1}')
-            for k, pair in enumerate(zip(edges, edges[1:]))]
-
-
-def _sweep(motions: list[Motion]) -> tuple[float, float]:
-    """Return the range of s1 without outliers [rad]."""
-    s1 = np.concatenate([motion.q[:, S1] for motion in motions])
-    return tuple(np.quantile(s1, [0.002, 0.998]).tolist())
+    motions, notices = read()
+    refuse(motions)
+    check = check_data(long_enough(motions), settings)
+    notices += check.problems if check else ()
+    lag = check.lag if check else None
+    if lag is not None and abs(lag.value - settings.acceleration.velocity_lag) > max(
+            _LAG_OFF, _SIGMAS * lag.uncertainty):
+        settings = settings.replace(
+            {'acceleration.velocity_lag': round(max(lag.value, 0.0), 4)})
+        motions, _ = read()  # with the new delay
+    notices += warnings(motions)
+    return settings, long_enough(motions), lag, notices
 
 
 def sweeps(low: float, high: float, model: EffortModelSettings) -> bool:
     """Return whether the range of s1 [rad] covers enough of the spring's range."""
     lower, upper = model.spring_range
     low, high = np.clip([low, high], lower, upper)
-    return bool(high - low >= SWEEP * (upper - lower))
+    return bool(high - low >= _SWEEP * (upper - lower))
 
 
 def _terms(settings: PredictorSettings, sweep: tuple[float, float], only: Collection[str],
@@ -189,16 +170,31 @@ def _without(contacts: list[Contact], motions: list[Motion],
     return free
 
 
-def _doubts(fit: Fit, unidentifiable: dict[int, list[str]],
-            given_up: list[str]) -> Iterable[Notice]:
-    """Yield notices about what could not be fitted, and terms that did not predict better."""
-    for joint, names in unidentifiable.items():
-        yield Notice('unidentifiable', f'{JOINTS[joint]}: the motion does not show '
-                     f'{", ".join(names)}: as before', (JOINTS[joint],))
+def _robust(motions: list[Motion], settings: PredictorSettings) -> list[Motion]:
+    """
+    Return the motions with weights of their residuals, so that a short touch hardly matters.
+
+    The weights are those of a t distribution: one half at two deviations.
+    """
+    residuals = [residual(motion, settings) for motion in motions]
+    scale = np.maximum(1.4826 * np.median(np.abs(np.concatenate(residuals)), axis=0), 1e-9)
+    return [replace(motion, weight=1.0 / (1.0 + (left / scale) ** 2 / _TAIL))
+            for motion, left in zip(motions, residuals)]
+
+
+def _doubts(parameters: list[Fitted], unidentifiable: dict[int, list[str]],
+            given_up: list[str]) -> list[Notice]:
+    """Return notices about what could not be fitted, and terms that did not predict better."""
+    notices = [Notice('unidentifiable', f'{JOINTS[joint]}: the motion does not show '
+                      f'{", ".join(names)}: as before', (JOINTS[joint],))
+               for joint, names in unidentifiable.items()]
     if given_up:
-        yield Notice('given_up', f'with {", ".join(given_up)} what was left out is predicted '
-                     'worse than without: the result is the step before')
+        notices.append(Notice(
+            'given_up', f'with {", ".join(given_up)} what was left out is predicted worse than '
+            'without: the result is the step before'))
     if any(one.term == 'payload' and one.component.startswith('center')
-           and abs(one.value) >= REACH for one in fit.parameters):
-        yield Notice('payload_center', 'payload: the motion does not show its centre of mass: '
-                     "don't use it, record a wider motion (--plan shows one)")
+           and abs(one.value) >= REACH for one in parameters):
+        notices.append(Notice(
+            'payload_center', 'payload: the motion does not show its centre of mass: '
+            "don't use it, record a wider motion (--plan shows one)"))
+    return notices

@@ -5,16 +5,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .term import Fitted
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS
 from ..recordings.contact_intervals import Contact
-from ..recordings.data_check import DataCheck
 from ..recordings.notices import Notice
 from ..recordings.velocity_lag import Lag
 
 _BETTER = 0.01  # mean relative decrease of the left-out residual that makes a fit better
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One quantity after the fit."""
+
+    term: str  # name of the term
+    joint: 'int | None'  # index of the joint or of the link; None if shared by all joints
+    component: str  # such as 'sin q' or 'mass'; empty if the term has one quantity per joint
+    unit: str
+    before: float
+    value: float
+    deviation: float  # standard deviation
 
 
 class Selection(NamedTuple):
@@ -50,7 +61,6 @@ class Calibration:
     judged: list[Judged]  # one per fold
     by_time: bool  # whether the folds are parts of one recording
     lag: 'Lag | None'  # measured velocity lag
-    check: 'DataCheck | None'  # None if there are too few samples
     contacts: list[Contact]  # contact left out of the fit
     notices: tuple[Notice, ...]  # warnings about data and fit
     samples: int  # fitted samples

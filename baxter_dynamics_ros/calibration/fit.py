@@ -1,21 +1,19 @@
-"""Fit of a calibration: selection of terms, least squares, cross-validation."""
+"""Fit of a calibration: choice of terms, least squares, cross-validation, noise."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import nnls
 
-from .body_terms import Links, Tilt, Tool
-from .calibration_results import Judged, Selection
+from .calibration_results import Fitted, Judged, Selection
 from .fit_data import residual, rms
-from .joint_terms import Crosstalk, with_terms
-from .noise import correlation_times, expected_deviation
-from .normal import information, NormalEquations, Prior, Problem, solve
-from .selection import select, unidentifiable
-from .term import Fitted
+from .joint_terms import Crosstalk
+from .least_squares import information, Problem, SHORTEST, solve, squared_error
+from .selection import Selector, unidentifiable
+from .terms import Links, Tilt, Tool
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
+from ..model.effort import BAND
 from ..model.joints import N_JOINTS
 
 _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link
@@ -24,42 +22,28 @@ _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link
 _TIGHTER = 0.9
 _TIES = 6  # number of iterations that tie a payload's second moments to mass and centre
 _WORSE = 0.01  # mean relative difference for which an earlier step is preferred
+_COVERED = 0.95  # share of residuals within BAND deviations
 
 
-class Choice(NamedTuple):
-    """Selected terms, and a preliminary fit."""
+def choose(problem: Problem, wanted: Collection[str]
+           ) -> tuple[list[Selection], dict[int, list[str]], PredictorSettings]:
+    """
+    Return the steps of the selection, unidentifiable terms by joint, and preliminary settings.
 
-    steps: list[Selection]
-    unidentifiable: dict[int, list[str]]  # joint -> names of unidentifiable terms
-    settings: PredictorSettings  # of the preliminary fit
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Result of a fit."""
-
-    settings: PredictorSettings
-    parameters: list[Fitted]
-    judged: list[Judged]
-    left_out: list[Array]  # deviations (p,) of the fit without each motion
-
-    @property
-    def log_error(self) -> float:
-        """Return the mean logarithm of the cross-validated RMS of the joints."""
-        total = sum(one.duration * one.after ** 2 for one in self.judged)
-        return _log_error(np.sqrt(total / sum(one.duration for one in self.judged)))
-
-
-def choose(problem: Problem, wanted: Collection[str]) -> Choice:
-    """Select the terms; those named in ``wanted`` are always fitted."""
-    weights = problem.weights(_spread(problem))
+    Terms named in ``wanted`` are always fitted.
+    """
+    bias_and_payload = problem.none.copy()
+    for term, where in problem.terms:
+        bias_and_payload[where] = term.name in ('bias', 'payload')
+    b = solve(problem.whole, np.ones(N_JOINTS), bias_and_payload, problem.prior, problem.lower)
+    weights = problem.weights(problem.rms(squared_error(problem.whole, b)[None]))
     unknown, lost = unidentifiable(problem, weights)
-    steps = select(problem, weights, wanted, unknown)
+    steps = Selector(problem, weights, wanted, unknown).steps()
     b = _solve(problem, problem.whole, problem.weights(steps[-1].rms), steps[-1].active)
-    return Choice(steps, lost, problem.updated(b))
+    return steps, lost, problem.updated(b)
 
 
-def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple[Fit, int]:
+def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple['Fit', int]:
     """
     Return the fit of all selected terms, or of an earlier step if that predicts better.
 
@@ -67,12 +51,12 @@ def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple[Fit, int]:
     """
     errors = np.array([_log_error(step.rms) for step in steps])
     last = len(steps) - 1
-    fit = fit_terms(problem, steps[last])
+    fit = Fit(problem, steps[last])
     while last > 0:
         earlier = int(np.argmin(errors[:last]))
         if fit.log_error < errors[earlier] + _WORSE:
             break
-        other = fit_terms(problem, steps[earlier])
+        other = Fit(problem, steps[earlier])
         if other.log_error < fit.log_error - _WORSE:
             fit, last = other, earlier
         else:
@@ -80,45 +64,76 @@ def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple[Fit, int]:
     return fit, last
 
 
-def fit_terms(problem: Problem, step: Selection) -> Fit:
-    """Fit the parameters kept by a step, and cross-validate over the motions."""
-    active = step.active
-    b = _solve(problem, problem.whole, problem.weights(step.rms), active)
-    if _is_bilinear(problem, active):
-        problem = problem.about(b)
-    residuals = [residual(motion, problem.updated(b)) for motion in problem.motions]
-    left_over = rms(np.concatenate(residuals))
-    weights = problem.weights(left_over)
-    left_out = [_solve(problem, problem.whole - fold, weights, active) for fold in problem.folds]
-    settings = problem.updated(_solve(problem, problem.whole, weights, active))
-    # Correlated residuals widen the standard deviations but do not change the fit.
-    times = correlation_times(residuals, [motion.period for motion in problem.motions])
-    covariance = _covariance(problem, problem.weights(left_over, times), active, left_out)
-    parameters = [fitted for term, where in problem.terms if active[where].any()
-                  for fitted in term.fitted(problem.before, settings, covariance[where, where],
-                                            active[where])]
-    left = [residual(motion, problem.updated(b)) for motion, b in zip(problem.motions, left_out)]
-    judged = [Judged(motion.name, motion.duration, rms(residual(motion, problem.before)), rms(one))
-              for motion, one in zip(problem.motions, left)]
-    rest, velocity, acceleration = expected_deviation(
-        np.concatenate(left), *(np.concatenate([getattr(motion, name) for motion in
-                                                problem.motions]) for name in ('qd', 'qdd')))
-    settings = with_terms(settings, deviation=rest, deviation_velocity=velocity,
-                          deviation_acceleration=acceleration)
-    return Fit(settings, parameters, judged, left_out)
+class Fit:
+    """Fit of the parameters that a step keeps, cross-validated over the motions."""
+
+    def __init__(self, problem: Problem, step: Selection) -> None:
+        b = _solve(problem, problem.whole, problem.weights(step.rms), step.active)
+        if _is_bilinear(problem, step.active):
+            problem = problem.about(b)
+        motions = problem.motions
+        self._problem, self._active = problem, step.active
+        self._residuals = [residual(motion, problem.updated(b)) for motion in motions]
+        self._rms = rms(np.concatenate(self._residuals))
+        weights = problem.weights(self._rms)
+        self._b = _solve(problem, problem.whole, weights, step.active)
+        # Deviations (p,) of the fit without each motion, and residuals of that motion.
+        self.left_out = [_solve(problem, other, weights, step.active) for other in problem.others]
+        self._left = [residual(motion, problem.updated(b))
+                      for motion, b in zip(motions, self.left_out)]
+        self.judged = [
+            Judged(motion.name, motion.duration, rms(residual(motion, problem.before)), rms(left))
+            for motion, left in zip(motions, self._left)]
+
+    @property
+    def log_error(self) -> float:
+        """Return the mean logarithm of the cross-validated RMS of the joints."""
+        total = sum(one.duration * one.after ** 2 for one in self.judged)
+        return _log_error(np.sqrt(total / sum(one.duration for one in self.judged)))
+
+    @property
+    def settings(self) -> PredictorSettings:
+        """Return the fitted settings, with the deviation to expect from the left-out residual."""
+        motions = self._problem.motions
+        qd, qdd = (np.concatenate(arrays) for arrays in zip(*(
+            (motion.qd, motion.qdd) for motion in motions)))
+        deviation = expected_deviation(np.concatenate(self._left), qd, qdd)
+        return self._problem.updated(self._b).replace(dict(zip((
+            'effort_model.deviation', 'effort_model.deviation_velocity',
+            'effort_model.deviation_acceleration'), deviation)))
+
+    @property
+    def parameters(self) -> list[Fitted]:
+        """Return the fitted quantities with standard deviations."""
+        problem, after = self._problem, self._problem.updated(self._b)
+        covariance = self._covariance()
+        return [fitted for term, where in problem.terms if self._active[where].any()
+                for fitted in term.fitted(problem.before, after, covariance[where, where],
+                                          self._active[where])]
+
+    def _covariance(self) -> Array:
+        """
+        Return the covariance of all parameters, (p, p).
+
+        Correlated residuals widen the covariance from noise and prior. That is scaled up to the
+        jackknife variance of the fits without each motion, because an incomplete model fits every
+        motion differently.
+        """
+        problem = self._problem
+        times = correlation_times(self._residuals, [motion.period for motion in problem.motions])
+        mask = _free(problem, self._active)
+        free = np.flatnonzero(mask)
+        covariance = np.zeros(2 * (len(mask),))
+        covariance[np.ix_(free, free)] = np.linalg.inv(information(
+            problem.whole, problem.weights(self._rms, times), mask, problem.prior))
+        jackknife = (len(self.left_out) - 1) * np.var(self.left_out, axis=0)
+        scale = np.ones(len(covariance))
+        scale[free] = np.sqrt(np.maximum(jackknife[free] / np.diag(covariance)[free], 1.0))
+        return covariance * scale[:, None] * scale
 
 
 def _log_error(rms: Array) -> float:
     return float(np.log(np.maximum(rms, 1e-4)).mean())
-
-
-def _spread(problem: Problem) -> Array:
-    """Return the RMS (7,) of the residual after fitting bias and payload alone [N m]."""
-    active = problem.none()
-    for term, where in problem.terms:
-        active[where] = term.name in ('bias', 'payload')
-    b = solve(problem.whole, np.ones(N_JOINTS), problem.regressor.prior, active)
-    return problem.rms(problem.whole.squared_error(b)[None])
 
 
 def _is_bilinear(problem: Problem, active: Bools) -> bool:
@@ -131,44 +146,66 @@ def _free(problem: Problem, active: Bools) -> Bools:
     """Return the active parameters that do not follow from others, (p,) bool."""
     free = active.copy()
     for term, where in problem.terms:
-        if isinstance(term, Tool):
-            free[where.start + np.array(term.fixed)] = False
+        free[[where.start + k for k in term.fixed]] = False
     return free
 
 
-def _solve(problem: Problem, normal: NormalEquations, weights: Array, active: Bools) -> Array:
+def _solve(problem: Problem, sums: Array, weights: Array, active: Bools) -> Array:
     """Return the deviations (p,), with tied parameters and physically consistent links."""
-    prior = Prior(problem.regressor.prior.deviation.copy(), problem.regressor.prior.lower)
-    free = _free(problem, active)
+    prior, free = problem.prior.copy(), _free(problem, active)
     b: Array = np.zeros(len(active))
     tools = [(term, where) for term, where in problem.terms
              if isinstance(term, Tool) and active[where].any()]
     for _ in range(_TIES if tools else 1):
-        b = solve(normal, weights, prior, free, b)
+        b = solve(sums, weights, free, prior, problem.lower, b)
         for term, where in tools:
-            b[where.start + np.array(term.fixed)] = term.second_moments(b[where])
+            b[[where.start + k for k in term.fixed]] = term.second_moments(b[where])
     for term, where in problem.terms:
         while isinstance(term, Links) and (
                 least := term.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
             link = where.start + 10 * int(np.argmin(least))
-            prior.deviation[link:link + 10] *= _TIGHTER
-            b = solve(normal, weights, prior, free, b)
+            prior[link:link + 10] *= _TIGHTER
+            b = solve(sums, weights, free, prior, problem.lower, b)
     return b
 
 
-def _covariance(problem: Problem, weights: Array, active: Bools, left_out: list[Array]) -> Array:
+def correlation_times(residuals: list[Array], periods: list[float]) -> Array:
     """
-    Return the covariance of all parameters, (p, p).
+    Return the correlation times (7,) [s] of residuals (n, 7) of recordings with some periods [s].
 
-    The covariance from noise and prior is scaled up to the jackknife variance of the fits without
-    each motion, because an incomplete model fits every motion differently.
+    The integral of their autocorrelation, summed to where it has become small (Sokal's window).
     """
-    mask = _free(problem, active)
-    free = np.flatnonzero(mask)
-    covariance = np.zeros(2 * (len(mask),))
-    covariance[np.ix_(free, free)] = np.linalg.inv(
-        information(problem.whole, weights, problem.regressor.prior, mask))
-    jackknife = (len(left_out) - 1) * np.var(left_out, axis=0)
-    scale = np.ones(len(covariance))
-    scale[free] = np.sqrt(np.maximum(jackknife[free] / np.diag(covariance)[free], 1.0))
-    return covariance * scale[:, None] * scale
+    times = []
+    for joint in range(N_JOINTS):
+        parts = []
+        for each, period in zip(residuals, periods):
+            x = each[:, joint] - each[:, joint].mean()
+            spectrum = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
+            correlation = np.fft.irfft(spectrum)[:len(x)]
+            if correlation[0] == 0.0:
+                continue
+            integral = 2 * np.cumsum(correlation / correlation[0]) - 1
+            window = np.flatnonzero(np.arange(len(x)) >= 5 * integral)
+            parts.append(period * integral[window[0] if len(window) else -1])
+        times.append(max(np.mean(parts), SHORTEST) if parts else SHORTEST)
+    return np.array(times)
+
+
+def expected_deviation(left: Array, qd: Array, qdd: Array) -> tuple[Array, ...]:
+    """
+    Return standard deviations (7,) of residuals at rest, per velocity and per acceleration.
+
+    The squares of residuals [N m], velocity [rad/s] and acceleration [rad/s^2], (n, 7), are
+    related by least squares; the scale is such that 95 % of the residuals are within 1.96.
+    """
+    parts = np.stack([np.ones(qd.shape), qd ** 2, qdd ** 2], axis=-1)
+    result = np.zeros((N_JOINTS, 3))
+    for joint in range(N_JOINTS):
+        x, y = parts[:, joint], left[:, joint] ** 2
+        variance = np.full(len(y), y.mean() + 1e-9)
+        for _ in range(5):  # the deviation of a square is proportional to the variance
+            square, _ = nnls(x / variance[:, None], y / variance)
+            variance = x @ square + 1e-9
+        scale = np.quantile(np.sqrt(y / variance), _COVERED) / BAND
+        result[joint] = scale * np.sqrt(square)
+    return tuple(result.T)

@@ -1,22 +1,34 @@
-"""Data of a fit: motion estimates of recordings, from the estimator of the predictor."""
+"""Data of a fit: motions estimated from recordings, and their checks."""
 
-from dataclasses import dataclass, field, replace
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..estimation.events import Event, REMEDIES
 from ..estimation.predictor import Estimate, Predictor
 from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
-from ..model.joints import N_JOINTS
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.data_check import DataCheck, DataChecker
+from ..recordings.notices import Notice
 from ..recordings.playback import play
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments
 
-MOVES = 0.05  # minimum speed of a moving joint [rad/s]
-
+_SHORT = 1.0  # minimum duration of a recording [s]
+_SHORTEST = 10.0  # ... of all recordings together [s]
+_MOVES = 0.05  # minimum speed of a moving joint [rad/s]
 _SPEED_SPAN = 0.1  # half span of the position difference that gives the speed [s]
+
+
+class CalibrationError(BaxterDynamicsError):
+    """The recordings cannot be used for a calibration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,28 +51,26 @@ class Motion:
 
     def take(self, rows: Any, name: str | None = None) -> 'Motion':
         """Return some rows, a slice or (n,) bool, as a motion with the same or another name."""
-        parts: dict[str, Any] = {key: value[rows] for key, value in vars(self).items()
-                                 if isinstance(value, np.ndarray)}
-        return replace(self, name=name or self.name, **parts)
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return replace(self, name=name or self.name, **{
+            key: value[rows] for key, value in values.items() if isinstance(value, np.ndarray)})
 
-    @property
+    @cached_property
+    def segments(self) -> list[slice]:
+        """Slices between restarts of the filter."""
+        return segments(self.time)
+
+    @cached_property
     def duration(self) -> float:
         """Time covered by the estimates, without gaps [s]."""
-        if not len(self):
-            return 0.0
-        return float(sum(np.ptp(self.time[segment]) for segment in self.segments))
+        return float(sum(np.ptp(self.time[rows]) for rows in self.segments)) if len(self) else 0.0
 
     @property
     def period(self) -> float:
         """Typical time between two estimates [s]."""
         return float(np.median(np.diff(self.time)))
 
-    @property
-    def segments(self) -> list[slice]:
-        """Slices between restarts of the filter."""
-        return segments(self.time)
-
-    @property
+    @cached_property
     def speed(self) -> Array:
         """
         Speed from positions alone, (m, 7) [rad/s].
@@ -74,52 +84,43 @@ class Motion:
             result.append((q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None])
         return np.concatenate(result)
 
-    def presliding(self, length: Array | float) -> Array:
-        """
-        Return Dahl's state along the motion, (n, 7).
+    def presliding(self, *lengths: float) -> Array:
+        """Return Dahl's state (n, m, 7) for m angles over which friction reverses [rad]."""
+        missing = [length for length in lengths if length not in self._presliding]
+        if missing:
+            states = []
+            for segment in self.segments:
+                state = Presliding(np.array(missing)[:, None])
+                states += [state.update(q) for q in self.q[segment]]
+            self._presliding.update(zip(missing, np.array(states).swapaxes(0, 1)))
+        return np.stack([self._presliding[length] for length in lengths], axis=1)
 
-        For several lengths, (m, 1), it is (n, m, 7). Length is the angle over which friction
-        reverses [rad].
-        """
-        states = []
-        for segment in self.segments:
-            state = Presliding(length)
-            states += [state.update(q) for q in self.q[segment]]
-        return np.array(states)
-
-
-def turning(motions: list[Motion]) -> Bools:
-    """Return the joints whose positions move in both directions, (7,) bool."""
-    speed = np.concatenate([motion.speed for motion in motions])
-    return (speed.max(0) > MOVES) & (speed.min(0) < -MOVES)
+    @cached_property
+    def _presliding(self) -> dict[float, Array]:
+        """States so far, (n, 7) by length: every fit needs the same."""
+        return {}
 
 
 def observe(recording: Recording, settings: PredictorSettings) -> Motion:
     """Return a recording's motion, estimated with the filter of some settings."""
     predictor = Predictor(replace(
         settings, arm=recording.arm, align=True, effort_model=EffortModelSettings(enabled=False)))
-    parts: list[list[Any]] = []
+    parts: list[list[Any]] = [[np.empty(0, int), *[np.empty((0, N_JOINTS))] * 6]]
     for block in play(recording, predictor):
-        estimate = block.estimate
-        measured = estimate.measured
+        stamps, q, qd, qdd, measured, _ = block.estimate
         assert measured is not None  # in a block it is NaN instead
         valid = np.isfinite(measured[:, 0])
-        parts.append([x[valid] for x in (
-            estimate.stamp_ns, estimate.q, estimate.qd, estimate.qdd, measured, block.q,
-            block.measured_qd)])
-    if not parts:
-        parts = [[np.empty(0, int)] + [np.empty((0, 7))] * 6]
-    stamps, q, qd, qdd, effort, newest_q, newest_qd = (
-        np.concatenate(column) for column in zip(*parts))
-    time = (stamps - stamps[:1]) * 1e-9
-    return Motion(recording.name, time, q, qd, qdd, effort, newest_q, newest_qd,
-                  np.ones(q.shape), dict(predictor.counts))
+        parts.append([x[valid] for x in (stamps, q, qd, qdd, measured, block.q,
+                                         block.measured_qd)])
+    stamps, q, qd, qdd, effort, newest_q, newest_qd = map(np.concatenate, zip(*parts))
+    return Motion(recording.name, (stamps - stamps[:1]) * 1e-9, q, qd, qdd, effort, newest_q,
+                  newest_qd, np.ones(q.shape), dict(predictor.counts))
 
 
 def residual(motion: Motion, settings: PredictorSettings) -> Array:
     """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
     model = settings.model.effort_model
-    presliding = (motion.presliding(model.dahl_length) if model.has_dahl
+    presliding = (motion.presliding(model.dahl_length)[:, 0] if model.has_dahl
                   else np.zeros(motion.q.shape))
     result = Predictor(settings).predict(Estimate(
         np.round(motion.time * 1e9).astype(int), motion.q, motion.qd, motion.qdd, motion.effort,
@@ -131,3 +132,90 @@ def residual(motion: Motion, settings: PredictorSettings) -> Array:
 def rms(values: Array) -> Array:
     """Return the root of the mean square over the first axis."""
     return np.sqrt(np.mean(values ** 2, axis=0))
+
+
+def turning(motions: list[Motion]) -> Bools:
+    """Return the joints whose positions move in both directions, (7,) bool."""
+    speed = np.concatenate([motion.speed for motion in motions])
+    return (speed.max(0) > _MOVES) & (speed.min(0) < -_MOVES)
+
+
+def long_enough(motions: list[Motion]) -> list[Motion]:
+    """Return the motions that are long enough to be fitted."""
+    return [motion for motion in motions if motion.duration >= _SHORT]
+
+
+def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
+    """Return each measurement once, and a notice for each recording that was given twice."""
+    kept: list[Motion] = []
+    notices = []
+    for motion in motions:
+        same = next((one for one in kept if len(one) and np.array_equal(one.q, motion.q)
+                     and np.array_equal(one.effort, motion.effort)), None)
+        if same is None:
+            kept.append(motion)
+        else:
+            notices.append(Notice('duplicate', f'holds the same data as {same.name}: counted once',
+                                  recording=motion.name))
+    return kept, notices
+
+
+def refuse(motions: list[Motion]) -> None:
+    """Raise CalibrationError with the reason if the data cannot be fitted."""
+    counts: Counter[Any] = sum((Counter(motion.counts) for motion in motions), Counter())
+    taken = counts['taken']
+    if counts[Event.IMPLAUSIBLE] > taken:
+        raise CalibrationError(f'{counts[Event.IMPLAUSIBLE]} of {counts["received"]} joint states '
+                               f'hold {REMEDIES[Event.IMPLAUSIBLE]}')
+    if not taken:
+        raise CalibrationError('no valid joint states of the arm: evaluate says what is wrong')
+    for event in (Event.EFFORT_ALL_ZERO, Event.EFFORT_MISSING):
+        if counts[event] > 0.5 * taken:
+            raise CalibrationError(f'{counts[event]} of {taken} joint states have no valid effort '
+                                   f'({REMEDIES[event]}): there is nothing to fit to')
+    duration = sum(motion.duration for motion in long_enough(motions))
+    if duration < _SHORTEST:
+        raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
+                               f'{_SHORTEST:g} s, better a minute (--plan shows one)')
+    fastest = _fastest(motions)
+    if (fastest < _MOVES).all():
+        raise CalibrationError(f'no joint moves faster than {fastest.max():.3f} rad/s: record a '
+                               'motion that turns every joint round (--plan shows one)')
+
+
+def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck | None':
+    """Return the check of the data; raise CalibrationError if they contradict the model."""
+    checker = DataChecker(settings)
+    for motion in motions:
+        checker.add(motion.time, np.stack([motion.q, motion.qd, motion.qdd, motion.effort], 1),
+                    motion.newest_q, motion.newest_qd)
+        checker.end_recording()
+    check = checker.result()
+    reasons = [problem.text for problem in check.problems if problem.refuses] if check else []
+    if reasons:
+        raise CalibrationError('; '.join(reasons))
+    return check
+
+
+def warnings(motions: list[Motion]) -> Iterator[Notice]:
+    """Yield warnings about the recordings."""
+    moving = _fastest(motions) > _MOVES
+    for kind, which, what in (
+            ('still', ~moving, f'never moves faster than {_MOVES:g} rad/s'),
+            ('one_way', moving & ~turning(motions), 'turns one way only')):
+        if which.any():
+            joints = tuple(JOINTS[i] for i in np.flatnonzero(which))
+            yield Notice(kind, f'{", ".join(joints)}: {what}', joints)
+    for motion in motions:
+        if motion.duration < _SHORT:
+            yield Notice('short', f'{motion.duration:.1f} s of motion are too short: left out',
+                         recording=motion.name)
+        for event, remedy in REMEDIES.items():
+            if motion.counts.get(event):
+                yield Notice(event.value, f'{motion.counts[event]} x {event.value}: {remedy}',
+                             recording=motion.name)
+
+
+def _fastest(motions: list[Motion]) -> Array:
+    """Return the maximum speed of each joint (7,) [rad/s]."""
+    return np.max([np.abs(motion.speed).max(0) for motion in motions if len(motion)], axis=0)

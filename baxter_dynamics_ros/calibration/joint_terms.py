@@ -1,93 +1,159 @@
-"""Terms of single joints: friction, bias, cables, added inertia, spring at s1."""
+"""Terms of a fit: their interface, and the terms of single joints."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection
-from dataclasses import replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from .term import Sample, Term, WORTH, WORTH_OF_ODD
-from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array
+from .calibration_results import Fitted
+from .fit_data import Motion
+from ..estimation.settings import PredictorSettings, SETTINGS
+from ..model.arm import BaxterArm
+from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, S1
+
+# Minimum relative improvement of the cross-validated RMS for which a term is kept: of the joint
+# for a term of one joint, of the mean for a shared term. Terms without a physical basis need more,
+# because they can also imitate the effect of the filter on sharp friction.
+WORTH, WORTH_OF_ALL, WORTH_OF_ODD = 0.01, 0.02, 0.05
 
 # Standard deviations of the priors. Those of torques are shares of the largest joint torque.
 _LARGEST = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])  # torque of each joint [N m]
 TORQUE = 0.04 * _LARGEST  # [N m]
-# Offsets of 30 to 40 N m at s1 were measured on some robots.
-OFFSET = _LARGEST  # [N m]
-GAIN = 'gain'  # component of a spring with a fixed shape
-
+OFFSET = _LARGEST  # [N m]; offsets of 30 to 40 N m at s1 were measured on some robots
 _GAIN = 0.2  # gain of a fixed spring shape [-]
 _SHAPE = 5.0  # coefficient of the spring [N m]
 _NEW_SHAPE = 100.0  # ... without prior knowledge [N m]
 _CROSSTALK = 0.05  # share of another joint's effort [-]
-_COMPONENTS = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')
+
+_COMPONENTS = ('1', 'sin q', 'cos q', 'sin 2q', 'cos 2q')  # of the spring
+_UNITS = {setting.name: setting.unit for setting in SETTINGS}
+
+
+@dataclass(eq=False)
+class Sample:
+    """Rows of a motion, and quantities that several terms use."""
+
+    motion: Motion
+    presliding: dict[float, Array]  # Dahl's state (n, 7) for each length [rad]
+    arm: BaxterArm
+    effort: Array  # (n, 7) of the present model, without crosstalk [N m]
+
+    @cached_property
+    def regressor(self) -> Array:
+        """Torques per unit of each base parameter, (n, 7, 43 or 45)."""
+        return self.arm.regressor(self.motion.q, self.motion.qd, self.motion.qdd)
+
+    @cached_property
+    def horizontal_gravity(self) -> Array:
+        """Torques per unit of gravity along the base's x and y, its size kept, (n, 7, 2)."""
+        arm = self.arm
+        x, y, z = arm.gravity_vector
+        return np.stack([
+            BaxterArm(payload=arm.payload, gravity=direction, mount=arm.mount,
+                      parameters=arm.parameters).gravity(self.motion.q)
+            for direction in ((1.0, 0.0, -x / z), (0.0, 1.0, -y / z))], axis=-1)
+
+
+class Term(ABC):
+    """Term of a fit; its p parameters are deviations from the settings."""
+
+    name: str  # shared by alternatives of the same term
+    prior: Array  # (p,) standard deviations
+    lower: Array  # (p,) lower bounds
+    acts: Bools  # (7, p) whether a parameter acts on a joint
+    quantities: list[tuple[int | None, str, str]]  # reported: joint or link, component, unit
+    shared = False  # whether the term acts on all joints together
+    separate = False  # whether each parameter is selected by itself, and must help in most folds
+    least = 0.0  # minimum absolute value of a parameter that is selected by itself
+    worth = WORTH
+    fixed: tuple[int, ...] = ()  # parameters that follow from the others
+
+    @abstractmethod
+    def columns(self, sample: Sample, joint: int) -> Array:
+        """Return the effort of a joint for a unit of each parameter that acts on it, (n, k)."""
+
+    @abstractmethod
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        """Return the settings that the deviations (p,) change, by name."""
+
+    @abstractmethod
+    def read(self, settings: PredictorSettings) -> Array:
+        """Return the reported quantities (m,) from the settings."""
+
+    def jacobian(self, settings: PredictorSettings) -> Array:
+        """Return the derivative of the quantities by the parameters, (m, p)."""
+        return np.eye(len(self.prior))
+
+    def fitted(self, before: PredictorSettings, after: PredictorSettings, covariance: Array,
+               active: Bools) -> list[Fitted]:
+        """Return the quantities that the active parameters (p,) change."""
+        jacobian = self.jacobian(after)
+        deviation = np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
+        numbers = np.stack([self.read(before), self.read(after), deviation], axis=1).tolist()
+        return [Fitted(self.name, *quantity, *row)
+                for quantity, row, gradient in zip(self.quantities, numbers, jacobian)
+                if gradient[active].any()]
 
 
 class PerJoint(Term):
-    """Term with one parameter and one column per joint."""
+    """Term with one parameter per joint, that of the effort model with the same name."""
 
-    def __init__(self, name: str, unit: str, prior: Array, column: Callable[[Sample], Array],
-                 least: float = -np.inf, present: Array | float = 0.0,
-                 without: Collection[int] = (), worth: float = WORTH) -> None:
-        self.name = name
-        self.worth = worth
-        self.prior = prior
-        self.lower = np.full(N_JOINTS, least) - present
+    def __init__(self, name: str, column: Callable[[Sample], Array], prior: Array = TORQUE,
+                 lower: Array | float = -np.inf, worth: float = WORTH,
+                 without: Collection[int] = (), **constants: float) -> None:
+        self.name, self.prior, self.worth = name, prior, worth
+        self.lower = np.broadcast_to(lower, N_JOINTS)
         self.acts = np.eye(N_JOINTS, dtype=bool)
         self.acts[list(without)] = False
-        self.quantities = [(joint, '', unit) for joint in range(N_JOINTS)]
-        self._column = column
+        self.quantities = [(joint, '', _UNITS[f'effort_model.{name}'])
+                           for joint in range(N_JOINTS)]
+        self.constants = constants  # further settings of the effort model with this term
+        self._column = column  # effort (n, 7) for a unit of each parameter
 
     def columns(self, sample: Sample, joint: int) -> Array:
         return self._column(sample)[:, joint, None]
 
-    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
-        return with_terms(settings, **{self.name: self.read(settings) + deviation})
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        values = {self.name: self.read(settings) + deviation, **self.constants}
+        return {f'effort_model.{name}': value for name, value in values.items()}
 
     def read(self, settings: PredictorSettings) -> Array:
         return np.array(getattr(settings.effort_model, self.name))
 
 
-class DahlFriction(PerJoint):
-    """Dahl friction for one candidate length; a fit uses one of the candidates."""
-
-    def __init__(self, present: Array, length: float) -> None:
-        super().__init__('dahl', 'N m', TORQUE, lambda sample: sample.presliding[length],
-                         0.0, present)
-        self.length = length
-
-    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
-        return with_terms(super().updated(settings, deviation), dahl_length=self.length)
-
-
 class Spring(Term):
-    """Spring at s1: its shape, or a gain of a fixed shape; its offset is part of the bias."""
+    """
+    Spring at s1: its shape, or a gain of a fixed shape.
+
+    Its constant is part of the bias of s1, unless the shape is fitted without a bias.
+    """
 
     name = 'spring'
 
     def __init__(self, model: EffortModel, shape: bool, constant: bool = False) -> None:
-        self._model = model
         first = 0 if constant else 1
+        self._range = model.spring_range
         self._units = np.eye(5)[first:] if shape else model.spring_coefficients[None]
         self.quantities = ([(S1, component, 'N m') for component in _COMPONENTS[first:]]
-                           if shape else [(S1, GAIN, '-')])
+                           if shape else [(S1, 'gain', '-')])
         n = len(self.quantities)
         self.prior = np.full(n, _GAIN if not shape else _NEW_SHAPE if constant else _SHAPE)
         self.lower = np.full(n, -np.inf)
-        self.acts = np.zeros((N_JOINTS, n), dtype=bool)
-        self.acts[S1] = True
+        self.acts = np.repeat(np.arange(N_JOINTS)[:, None] == S1, n, axis=1)
 
     def columns(self, sample: Sample, joint: int) -> Array:
-        springs = [EffortModel(spring_coefficients=unit, spring_range=self._model.spring_range)
-                   for unit in self._units]
-        return np.stack([spring.spring(sample.motion.q)[:, S1] for spring in springs], axis=1)
+        angle = np.clip(sample.motion.q[:, S1], *self._range)
+        return np.stack([np.ones(len(angle)), np.sin(angle), np.cos(angle), np.sin(2 * angle),
+                         np.cos(2 * angle)], axis=1) @ self._units.T
 
-    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
-        coefficients = settings.effort_model.spring_coefficients + deviation @ self._units
-        return with_terms(settings, spring_coefficients=coefficients)
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        return {'effort_model.spring_coefficients':
+                settings.effort_model.spring_coefficients + deviation @ self._units}
 
     def read(self, settings: PredictorSettings) -> Array:
         return settings.effort_model.spring_coefficients @ np.linalg.pinv(self._units)
@@ -100,28 +166,18 @@ class Crosstalk(Term):
     separate = True
     least = 0.02  # smaller ones, mostly at the wrist, imitate other errors and do not travel
     worth = WORTH_OF_ODD
-
-    def __init__(self) -> None:
-        rows, columns = np.nonzero(~np.eye(N_JOINTS, dtype=bool))
-        self.prior = np.full(len(rows), _CROSSTALK)
-        self.lower = np.full(len(rows), -np.inf)
-        self.acts = rows == np.arange(N_JOINTS)[:, None]
-        self.quantities = [(row, f'of {JOINTS[column]}', '-')
-                           for row, column in zip(rows.tolist(), columns.tolist())]
-        self._where = rows, columns
+    prior, lower = np.full(42, _CROSSTALK), np.full(42, -np.inf)
+    where = np.flatnonzero(~np.eye(N_JOINTS, dtype=bool))  # in the matrix, row by row
+    acts = where // N_JOINTS == np.arange(N_JOINTS)[:, None]
+    quantities = [(k // N_JOINTS, f'of {JOINTS[k % N_JOINTS]}', '-') for k in where.tolist()]
 
     def columns(self, sample: Sample, joint: int) -> Array:
         return np.delete(sample.effort, joint, axis=1)
 
-    def updated(self, settings: PredictorSettings, deviation: Array) -> PredictorSettings:
-        matrix = np.reshape(settings.effort_model.crosstalk, (N_JOINTS, N_JOINTS))
-        matrix[self._where] += deviation
-        return with_terms(settings, crosstalk=matrix.ravel())
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        matrix = np.array(settings.effort_model.crosstalk)
+        matrix[self.where] += deviation
+        return {'effort_model.crosstalk': matrix}
 
     def read(self, settings: PredictorSettings) -> Array:
-        return np.reshape(settings.effort_model.crosstalk, (N_JOINTS, N_JOINTS))[self._where]
-
-
-def with_terms(settings: PredictorSettings, **terms: Any) -> PredictorSettings:
-    """Return the settings with other terms of the effort model."""
-    return replace(settings, effort_model=replace(settings.effort_model, **terms))
+        return np.array(settings.effort_model.crosstalk)[self.where]

@@ -1,22 +1,181 @@
-"""Terms of a fit, in the order in which they are tried."""
+"""Terms of a fit: tilt, links and payload, and all terms in the order in which they are tried."""
+
+from typing import Any
 
 import numpy as np
 
-from .body_terms import Links, Tilt, Tool
-from .joint_terms import Crosstalk, DahlFriction, OFFSET, PerJoint, Spring, TORQUE
-from .term import Term, WORTH_OF_ODD
+from .joint_terms import (Crosstalk, OFFSET, PerJoint, Sample, Spring, Term, WORTH_OF_ALL,
+                          WORTH_OF_ODD)
 from ..estimation.settings import PredictorSettings
+from ..model.arm import BaxterArm
+from ..model.arrays import Array
+from ..model.base_parameters import fixed_to_link
 from ..model.effort import EffortModel
 from ..model.joints import N_JOINTS, S1
+from ..model.parameters import from_pseudo_inertia, inertia_elements
 
 TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt',
          'crosstalk')
 OPTIONAL = ('inertial', 'payload')  # fitted only on request, and then always
-
-_INERTIA = 0.5  # standard deviation of the prior [kg m^2]
+REACH = 1.0  # bound on each coordinate of the payload's centre, unidentifiable at low mass [m]
 
 # Candidates for the angle over which Dahl friction reverses [rad].
 _DAHL_LENGTHS = (0.01, 0.02, 0.03, 0.05)
+
+# Standard deviations of the priors.
+_INERTIA = np.full(N_JOINTS, 0.5)  # [kg m^2]
+_TILT = 0.3  # horizontal gravity, corresponding to 1.75 degrees [m/s^2]
+_LINK = 0.1  # relative: 10 % of the mass, 10 % of the radius of gyration for the centre of mass
+_PAYLOAD_MASS = 3.0  # [kg]
+_PAYLOAD_MOMENT = 0.5  # first moment [kg m]
+
+_LIGHT = 1e-3  # mass below which a payload has no centre [kg]
+
+# An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
+_PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
+_SYMMETRIC = np.zeros((len(_PAIRS), 4, 4))
+for _n, (_i, _k) in enumerate(_PAIRS):
+    _SYMMETRIC[_n, _i, _k] = _SYMMETRIC[_n, _k, _i] = 1.0 if _i == _k else np.sqrt(0.5)
+
+
+class _BodyTerm(Term):
+    """Term whose parameters act on several joints."""
+
+    shared = True
+    worth = WORTH_OF_ALL
+
+    def __init__(self, prior: Array) -> None:
+        self.prior = prior
+        self.lower = np.full(len(prior), -np.inf)
+        self.acts = np.ones((N_JOINTS, len(prior)), dtype=bool)
+
+
+class Tilt(_BodyTerm):
+    """Tilt of the robot's base, as the horizontal components of gravity."""
+
+    name = 'tilt'
+    quantities = [(None, axis, 'm/s^2') for axis in 'xy']
+
+    def __init__(self) -> None:
+        super().__init__(np.full(2, _TILT))
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        return sample.horizontal_gravity[:, joint]
+
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        """Rotate gravity, preserving its magnitude."""
+        gravity = np.array(settings.gravity)
+        x, y = gravity[:2] + deviation
+        z = np.copysign(np.sqrt(gravity @ gravity - x * x - y * y), gravity[2])
+        return {'gravity': (x, y, z)}
+
+    def read(self, settings: PredictorSettings) -> Array:
+        return np.array(settings.gravity[:2])
+
+
+class Links(_BodyTerm):
+    r"""
+    Inertial parameters of the links, with a physically consistent prior.
+
+    Pseudo-inertias are fitted as J = L (1 + S) L^T, where L L^T is the value in the settings, with
+    a normal prior on the symmetric S. This is the second-order approximation of the coordinate-
+    invariant distance of Lee, Wensing and Park (2020). J is physically consistent while 1 + S > 0.
+    """
+
+    name = 'inertial'
+    quantities = [(link, *what) for link in range(N_JOINTS) for what in (
+        ('mass', 'kg'), ('moment x', 'kg m'), ('moment y', 'kg m'), ('moment z', 'kg m'))]
+
+    def __init__(self, arm: BaxterArm) -> None:
+        super().__init__(np.full(N_JOINTS * len(_PAIRS), _LINK))
+        # A joint bears the links from its own on.
+        self.acts = np.triu(np.ones((N_JOINTS, N_JOINTS), dtype=bool)).repeat(len(_PAIRS), axis=1)
+        root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
+        self._before = arm.parameters.pseudo_inertia
+        self._units = root[:, None] @ _SYMMETRIC @ root.swapaxes(-1, -2)[:, None]
+        self._base = np.concatenate([fixed_to_link(arm.parameters, link, units)
+                                     for link, units in enumerate(self._units)])  # (70, 45)
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        y = sample.regressor[:, joint]
+        return y @ self._base[self.acts[joint], :y.shape[1]].T
+
+    def least_eigenvalues(self, deviation: Array) -> Array:
+        """Return the smallest eigenvalue of 1 + S of each link, (7,)."""
+        s = np.einsum('lk,kab->lab', deviation.reshape(N_JOINTS, -1), _SYMMETRIC)
+        return 1.0 + np.linalg.eigvalsh(s)[:, 0]
+
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        mass, center, inertia = from_pseudo_inertia(self._before + np.einsum(
+            'lk,lkab->lab', deviation.reshape(N_JOINTS, -1), self._units))
+        return {'links.mass': mass, 'links.center_of_mass': center.ravel(),
+                'links.inertia': inertia_elements(inertia).ravel()}
+
+    def read(self, settings: PredictorSettings) -> Array:
+        mass = np.array(settings.links.mass)[:, None]
+        center = np.reshape(settings.links.center_of_mass, (N_JOINTS, 3))
+        return np.concatenate([mass, mass * center], axis=1).ravel()
+
+    def jacobian(self, settings: PredictorSettings) -> Array:
+        blocks = self._units[:, :, [3, 0, 1, 2], 3].swapaxes(1, 2)
+        links, rows, columns = blocks.shape
+        result = np.zeros((links, rows, links, columns))
+        result[range(links), :, range(links)] = blocks
+        return result.reshape(links * rows, links * columns)
+
+
+class Tool(_BodyTerm):
+    """Payload of the hand: mass and first moment, with the inertia of a point mass."""
+
+    name = 'payload'
+    quantities = [(None, 'mass', 'kg'), *((None, f'center {axis}', 'm') for axis in 'xyz')]
+    moments = [_PAIRS.index((i, 3)) for i in range(3)]
+    mass = _PAIRS.index((3, 3))
+    fixed = tuple(n for n, (_, k) in enumerate(_PAIRS) if k < 3)  # second moments m c c^T
+
+    def __init__(self, arm: BaxterArm) -> None:
+        super().__init__(np.ones(len(_PAIRS)))
+        self.prior[self.moments] = _PAYLOAD_MOMENT
+        self.prior[self.mass] = _PAYLOAD_MASS
+        self.lower[self.mass] = -arm.payload.mass
+        self._before = arm.payload
+        self._base = fixed_to_link(arm.parameters, N_JOINTS - 1,
+                                   np.where(_SYMMETRIC, 1.0, 0.0))  # (10, 45)
+
+    def columns(self, sample: Sample, joint: int) -> Array:
+        y = sample.regressor[:, joint]
+        return y @ self._base[:, :y.shape[1]].T
+
+    def total(self, deviation: Array) -> tuple[float, Array]:
+        """Return the payload's mass [kg] and centre of mass (3,) [m]."""
+        mass = max(self._before.mass + deviation[self.mass], 0.0)
+        moment = (self._before.mass * np.array(self._before.center_of_mass)
+                  + deviation[self.moments])
+        return mass, np.clip(moment / mass, -REACH, REACH) if mass > _LIGHT else np.zeros(3)
+
+    def second_moments(self, deviation: Array) -> Array:
+        """Return the fixed parameters that follow from the others, (6,) [kg m^2]."""
+        mass, center = self.total(deviation)
+        before = np.array(self._before.center_of_mass)
+        change = mass * np.outer(center, center) - self._before.mass * np.outer(before, before)
+        return np.array([change[_PAIRS[n]] for n in self.fixed])
+
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        mass, center = self.total(deviation)
+        return {'payload.mass': mass, 'payload.center_of_mass': center,
+                'payload.inertia': settings.payload.inertia if mass else (0.0,) * 6}
+
+    def read(self, settings: PredictorSettings) -> Array:
+        return np.array([settings.payload.mass, *settings.payload.center_of_mass])
+
+    def jacobian(self, settings: PredictorSettings) -> Array:
+        mass, *center = self.read(settings)
+        result = np.zeros((4, len(_PAIRS)))
+        result[0, self.mass] = 1.0
+        if mass >= _LIGHT:  # d center = (d moment - center d mass) / mass
+            result[range(1, 4), self.moments] = 1.0 / mass
+            result[1:, self.mass] = -np.array(center) / mass
+        return result
 
 
 def dahl_lengths(model: EffortModel) -> tuple[float, ...]:
@@ -24,35 +183,27 @@ def dahl_lengths(model: EffortModel) -> tuple[float, ...]:
     return (model.dahl_length,) if model.has_dahl else _DAHL_LENGTHS
 
 
+def _dahl(model: EffortModel, length: float) -> PerJoint:
+    return PerJoint('dahl', lambda sample: sample.presliding[length], lower=-model.dahl,
+                    dahl_length=length)
+
+
 def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) -> list[Term]:
     """
     Return all terms of deviations from some settings, each to be tried on top of those before it.
 
-    The spring has its shape fitted, or only a gain. Its constant is part of the bias of s1, unless
-    a shape has its own.
+    The spring has its shape fitted, or only a gain.
     """
     model, arm = settings.model.effort_model, settings.model.arm
-    terms: list[Term] = [
-        PerJoint('bias', 'N m', OFFSET, lambda sample: np.ones(sample.motion.q.shape)),
-        Tool(arm),  # first: an unknown load hides friction
-    ]
-    if shape or model.has_spring:
-        terms.append(Spring(model, shape, constant))
-    terms += [
-        PerJoint('coulomb', 'N m', TORQUE,
-                 lambda sample: np.tanh(sample.motion.qd / model.coulomb_velocity),
-                 0.0, model.coulomb),
-        PerJoint('viscous', 'N m s/rad', TORQUE, lambda sample: sample.motion.qd,
-                 0.0, model.viscous),
-        *(DahlFriction(model.dahl, length) for length in dahl_lengths(model)),
-        PerJoint('added_inertia', 'kg m^2', np.full(N_JOINTS, _INERTIA),
-                 lambda sample: sample.motion.qdd, worth=WORTH_OF_ODD),
-    ]
-    if arm.gravity_vector[2]:
-        terms.append(Tilt())
     return [
-        *terms, Links(arm), Crosstalk(),
+        PerJoint('bias', lambda sample: np.ones(sample.motion.q.shape), OFFSET),
+        Tool(arm),  # first: an unknown load hides friction
+        *([Spring(model, shape, constant)] if shape or model.has_spring else []),
+        PerJoint('coulomb', lambda sample: np.tanh(sample.motion.qd / model.coulomb_velocity),
+                 lower=-model.coulomb),
+        PerJoint('viscous', lambda sample: sample.motion.qd, lower=-model.viscous),
+        *(_dahl(model, length) for length in dahl_lengths(model)),
+        PerJoint('added_inertia', lambda sample: sample.motion.qdd, _INERTIA, worth=WORTH_OF_ODD),
+        *([Tilt()] if arm.gravity_vector[2] else []), Links(arm), Crosstalk(),
         # Last, because stiffness over a small range can imitate other terms; s1 has the spring.
-        PerJoint('stiffness', 'N m/rad', TORQUE, lambda sample: sample.motion.q, without=(S1,),
-                 worth=WORTH_OF_ODD),
-    ]
+        PerJoint('stiffness', lambda sample: sample.motion.q, worth=WORTH_OF_ODD, without=(S1,))]

@@ -136,7 +136,7 @@ class CalibrateAction:
 
     async def _record(self, handle: ServerGoalHandle) -> None:
         """Record joint states for the duration of the goal."""
-        from ..calibration.progress import progress
+        from ..calibration.live import progress
         self._begin()
         self._is_recording = True
         reported = -np.inf
@@ -159,7 +159,7 @@ class CalibrateAction:
 
     async def _fit(self, handle: ServerGoalHandle) -> Any:
         """Return the result of the fit."""
-        from ..calibration.process import COMMAND, ENVIRONMENT, read_result, write_input
+        from ..calibration.live import COMMAND, ENVIRONMENT, read_result, write_input
         goal, rows = handle.request, self._rows
         with TemporaryDirectory(prefix='baxter_calibration_') as folder:
             given, found, log = (Path(folder) / name for name in ('in.npz', 'out.json', 'log'))

@@ -8,7 +8,7 @@ from .number_text import change, decimals, number
 from .table import Column, Table
 from .term_names import parameter_name, term_name, unit_name
 from ..calibration.calibration_results import Calibration
-from ..calibration.term import Fitted
+from ..calibration.calibration_results import Fitted
 from ..model.joints import JOINTS
 
 

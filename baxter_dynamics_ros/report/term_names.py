@@ -2,7 +2,7 @@
 
 from .number_text import plus_minus
 from ..calibration.calibration_results import Calibration
-from ..calibration.term import Fitted
+from ..calibration.calibration_results import Fitted
 from ..model.joints import JOINTS
 
 MEANINGS = {

@@ -1,18 +1,18 @@
 """Calibration on a minute of the fake Baxter: springs, friction, tilt and payload are found."""
 
 from baxter_dynamics_ros import Payload
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
+from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import EffortModel, SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import JOINTS
+from calibration.known_robot import Recording
 import numpy as np
 import pytest
 
-pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402, I100
-from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms  # noqa: E402
-from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION  # noqa: E402
+from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION  # noqa: E402, I100
 from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 
@@ -33,11 +33,11 @@ TRUTH = {
 
 
 @pytest.fixture(scope='module')
-def recorded(in_memory):
+def recorded():
     """Return the recording of a fake Baxter's exciting motion."""
     robot = FakeBaxter(ARM, 'exciting', truth=EffortModel(**TRUE_EFFORT), payload=PAYLOAD,
                        gravity=TRUTH['gravity'], seed=2)
-    return in_memory('exciting', ARM, [
+    return Recording('exciting', ARM, [
         (*state, state[0]) for state in record(robot, DURATION, 100.0, seed=3)])
 
 

@@ -2,21 +2,18 @@
 
 from functools import lru_cache
 
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
+from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import joint_names, JOINTS
+from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
+from calibration.known_robot import observe_once, Recording
 import numpy as np
 import pytest
 
-pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 pytest.importorskip('rosbags', reason='needs rosbags: pip install ".[offline]"')
 
-from baxter_dynamics_ros.calibration import calibrate_robot  # noqa: E402, I100
-from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402
-from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms  # noqa: E402
-from baxter_dynamics_ros.recordings.contact_intervals import (  # noqa: E402
-    contact_rows, find_contacts)
-from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402
+from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402, I100
 
 pytestmark = pytest.mark.timeout(400)  # fits with many parameters, on a busy machine
 
@@ -33,22 +30,12 @@ WITHOUT_GRIPPER = np.array([0.58, 0.70, 0.41, 0.31, 0.08, 0.16, 0.08])
 SHARE = 0.7  # of the point-to-point recording that is fitted to
 
 
-@lru_cache
-def motion_of(recording, acceleration):
-    return observe(recording, PredictorSettings(acceleration=acceleration))
-
-
-@pytest.fixture(scope='module', autouse=True)
-def observe_once():
-    """Pass each recording through the estimator once for all calibrations."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(calibrate_robot, 'observe', lambda recording, settings: motion_of(
-            recording, settings.acceleration))
-        yield
+def motion_of(recording, settings):
+    return observe_once(observe, recording, settings.acceleration)
 
 
 @pytest.fixture(scope='module')
-def load(in_memory, recordings):
+def load(recordings):
     """Return a function that returns the recordings of a file."""
     @lru_cache
     def load(name, arm=None):
@@ -56,7 +43,7 @@ def load(in_memory, recordings):
         result = []
         for context in opened:
             with context as one:
-                result.append(in_memory(one.name, one.arm, list(one)))
+                result.append(Recording(one.name, one.arm, list(one)))
         return result
     return load
 
@@ -70,12 +57,11 @@ def fitted(load):
 
 
 @pytest.fixture(scope='module')
-def halves(load, in_memory):
+def halves(load):
     """Return the first part of the point-to-point recording and the rest."""
     (whole,) = load('point_to_point')
     n = round(SHARE * len(whole.states))
-    return [in_memory(whole.name, whole.arm, states)
-            for states in (whole.states[:n], whole.states[n:])]
+    return whole.part(0, n), whole.part(n)
 
 
 @pytest.fixture(scope='module')
@@ -88,7 +74,7 @@ def left_over(settings, recordings, contact=True):
     """Return the RMS (7,) of the residual [N m], with or without contact."""
     parts = []
     for recording in recordings:
-        motion = motion_of(recording, settings.acceleration)
+        motion = motion_of(recording, settings)
         assert len(motion) >= len(recording.states) - 21
         left = residual(motion, settings)
         contacts = [] if contact else find_contacts(motion.time, left, motion.q)
@@ -115,7 +101,7 @@ def test_expected_deviation_covers_other_recordings(load, fitted):
     """About 95 % of the residuals are within 1.96 standard deviations at every joint."""
     settings, within = fitted(False).after, []
     for one in load('left_arm_tracking')[1::3]:
-        motion = motion_of(one, settings.acceleration)
+        motion = motion_of(one, settings)
         expected = settings.model.effort_model.deviation_at(motion.qd, motion.qdd)
         within.append(np.abs(residual(motion, settings)) < 1.96 * expected)
     covered = np.concatenate(within).mean(0)
@@ -158,7 +144,7 @@ def test_first_part_of_a_wide_motion_predicts_the_rest(
 def test_contact_at_a_joint_stop_is_found_in_a_recording(halves, fitted_to_first_part):
     """In the last third e0 is pressed against its stop."""
     found, rest = fitted_to_first_part(True), halves[1]
-    motion = observe(rest, found.after)
+    motion = motion_of(rest, found.after)
     (contact,) = find_contacts(motion.time, residual(motion, found.after), motion.q)
     assert contact.joint == 'e0' and contact.at_stop
     np.testing.assert_allclose([contact.start, contact.end], [18.3, 19.5], atol=0.3)
@@ -199,14 +185,3 @@ def test_terms_kept_on_a_real_arm(fitted):
     assert kept['bias'] == set(JOINTS)
     assert kept['coulomb'] >= {'s0', 'e0', 'w0'}
     assert 's1' in kept['dahl']
-
-
-def test_default_spring_is_what_the_command_finds(load, in_memory):
-    both = load('left_arm_tracking') + [
-        in_memory(one.name, 'left', [state._replace(names=joint_names('left'))
-                                     for state in one.states])
-        for one in load('point_to_point')]
-    found = calibrate(both, only=('spring', 'coulomb')).after
-    q = np.linspace(*found.effort_model.spring_range, 50)[:, None] * np.eye(7)[1]
-    np.testing.assert_allclose(found.model.effort_model.spring(q), EffortModel().spring(q),
-                               atol=0.3)  # [N m]

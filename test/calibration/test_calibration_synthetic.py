@@ -2,21 +2,20 @@
 
 from dataclasses import replace
 
+from baxter_dynamics_ros.calibration import calibrate_robot
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
+from baxter_dynamics_ros.calibration.fit import choose, Fit
+from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
+from baxter_dynamics_ros.calibration.least_squares import Problem
+from baxter_dynamics_ros.calibration.terms import Links
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import JOINTS
+from calibration.known_robot import (ALL, calibrated, CENTER, columns, errors, FRICTION, kept,
+                                     LEAST, make_motion, record, recordings, updated, wander)
 import numpy as np
 import pytest
-
-pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
-
-from baxter_dynamics_ros.calibration import calibrate_robot  # noqa: E402, I100
-from baxter_dynamics_ros.calibration.body_terms import Links  # noqa: E402
-from baxter_dynamics_ros.calibration.calibrate_robot import calibrate  # noqa: E402
-from baxter_dynamics_ros.calibration.fit import choose, fit_terms  # noqa: E402
-from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms  # noqa: E402
-from baxter_dynamics_ros.calibration.normal import pose  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
 
@@ -25,67 +24,68 @@ LIMITS = {'bias': 0.15, 'coulomb': 0.15, 'viscous': 0.1, 'dahl': 0.15, 'added_in
           'stiffness': 0.15, 'tilt': 0.015}
 
 
-def assert_true_within_uncertainty(robot, found, truth):
-    errors = robot.off(found, truth)
-    print({name: round(error, 1) for name, error in errors.items()})
-    assert max(map(abs, errors.values())) < 3.0
-    return errors
+def assert_true_within_uncertainty(found, truth):
+    off = errors(found, truth)
+    print({name: round(error, 1) for name, error in off.items()})
+    assert max(map(abs, off.values())) < 3.0
+    return off
 
 
-def test_all_terms_are_found_within_their_uncertainty(robot):
-    found = robot.calibrated('all')
-    errors = assert_true_within_uncertainty(robot, found, robot.ALL)
-    assert 0.05 < np.sqrt(np.mean(np.square(list(errors.values())))) < 1.5
+def test_all_terms_are_found_within_their_uncertainty():
+    found = calibrated('all')
+    off = assert_true_within_uncertainty(found, ALL)
+    assert 0.05 < np.sqrt(np.mean(np.square(list(off.values())))) < 1.5
     for parameter in found.parameters:
         assert parameter.deviation < LIMITS.get(parameter.term, np.inf), parameter
-    kept = robot.kept(found)
-    for name, values in robot.ALL.items():
+    joints = kept(found)
+    for name, values in ALL.items():
         term = name.partition('.')[2]
         for joint, value in zip(JOINTS, values):
-            assert not term or not value or joint in kept[term], (term, joint)
-    assert kept['tilt'] == JOINTS
+            assert not term or not value or joint in joints[term], (term, joint)
+    assert joints['tilt'] == JOINTS
     assert found.after.effort_model.dahl_length == 0.02
 
 
-def test_absent_terms_are_not_fitted(robot):
-    found = robot.calibrated('friction')
-    joints = robot.kept(found)
+def test_absent_terms_are_not_fitted():
+    found = calibrated('friction')
+    joints = kept(found)
     assert joints.pop('bias') == JOINTS
     assert set(joints.pop('coulomb')) == set(JOINTS) - {'e1'}
     # At the wrist the noise is so small that the filter's effect on sharp friction shows.
     assert set().union(*joints.values()) <= {'w0', 'w1', 'w2'}
-    assert_true_within_uncertainty(robot, found, robot.FRICTION)
+    assert_true_within_uncertainty(found, FRICTION)
     before, after = found.before, found.after
     assert after.gravity == before.gravity and after.links == before.links
     assert after.effort_model.crosstalk == before.effort_model.crosstalk
+    assert after.acceleration.velocity_lag == 0.014  # as usual, and as measured
     for term in ('coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness'):
         assert getattr(after.effort_model, term)[3] == 0.0, term
 
 
-def test_left_out_residual_is_noise(robot):
-    found = robot.calibrated('friction')
-    assert (found.rms_after < robot.LEAST).all()
+def test_left_out_residual_is_noise():
+    found = calibrated('friction')
+    assert (found.rms_after < LEAST).all()
     assert (found.rms_before > 2.0 * found.rms_after).all()
-    assert found.samples == sum(len(r.states) - 21 for r in robot.recordings('friction'))
+    assert found.samples == sum(len(r.states) - 21 for r in recordings('friction'))
     assert found.duration == pytest.approx(0.01 * (found.samples - 2), rel=1e-3)
-    for judged, one in zip(found.judged, robot.recordings('friction')):
+    for judged, one in zip(found.judged, recordings('friction')):
         left = rms(residual(observe(one, found.after), found.after))
         np.testing.assert_allclose(judged.after, left, rtol=0.05)
 
 
-def test_steps_decrease_the_residual_of_their_joints(robot):
-    steps = robot.calibrated('friction').steps
+def test_steps_decrease_the_residual_of_their_joints():
+    steps = calibrated('friction').steps
     assert [step.term for step in steps][:2] == ['', 'bias']
-    np.testing.assert_allclose(steps[0].rms, robot.calibrated('friction').rms_before, rtol=0.05)
+    np.testing.assert_allclose(steps[0].rms, calibrated('friction').rms_before, rtol=0.05)
     for before, after in zip(steps, steps[1:]):
         assert (after.rms < (1.0 + 1e-9) * before.rms)[list(after.joints)].all()
         others = [i for i in range(7) if i not in after.joints]
         np.testing.assert_array_equal(after.rms[others], before.rms[others])
 
 
-def test_residual_of_a_motion_is_that_of_the_node(robot):
-    values = {**robot.ALL, 'arm': 'right', 'effort_model.coulomb_velocity': 0.1}
-    one = robot.recording(values, 7, 12.0)
+def test_residual_of_a_motion_is_that_of_the_node():
+    values = {**ALL, 'arm': 'right', 'effort_model.coulomb_velocity': 0.1}
+    one = record(values, 7)
     one.states = one.states[:500] + one.states[560:]  # the filter restarts after the gap
     settings = PredictorSettings.from_parameters(values)
     predictor = Predictor(settings)
@@ -98,55 +98,53 @@ def test_residual_of_a_motion_is_that_of_the_node(robot):
     assert len(motion.segments) == 2
 
 
-def test_crosstalk_is_found_where_it_is(robot):
+def test_crosstalk_is_found_where_it_is():
     """From the default, e1 has more of e0, and s1 something of e0."""
     crosstalk = np.zeros((7, 7))
     crosstalk[3, 2], crosstalk[1, 2] = -0.06, 0.08
-    truth = {**robot.FRICTION, 'effort_model.crosstalk': crosstalk.ravel()}
-    data = [robot.recording(truth, seed, 20.0) for seed in range(3)]
+    truth = {**FRICTION, 'effort_model.crosstalk': crosstalk.ravel()}
+    data = [record(truth, seed, 20.0) for seed in range(3)]
     found = calibrate(data[:2])
-    assert robot.kept(found)['crosstalk'] == ('s1', 'e1')
-    assert_true_within_uncertainty(robot, found, truth)
+    assert kept(found)['crosstalk'] == ('s1', 'e1')
+    assert_true_within_uncertainty(found, truth)
     (s1, e1) = found.of_term('crosstalk')
     assert (s1.joint, s1.component, e1.joint, e1.component) == (1, 'of e0', 3, 'of e0')
     assert max(s1.deviation, e1.deviation) < 0.02
     left = residual(observe(data[2], found.after), found.after)
-    assert (rms(left) < 1.2 * robot.LEAST).all()
+    assert (rms(left) < 1.2 * LEAST).all()
 
 
-def test_a_touch_hardly_changes_the_fit(robot, monkeypatch):
+def test_a_touch_hardly_changes_the_fit(monkeypatch):
     """It is too weak to be left out as contact."""
-    data = [robot.recording(robot.FRICTION, seed, 12.0) for seed in range(2)]
-    touched = data[0].part(None)
-    touched.states = [(*state[:4], state[4] + 3.0 * np.eye(7)[2] * (700 < i < 800), state[5])
-                      for i, state in enumerate(data[0].states)]
-    clean, robust = (calibrate([one, data[1]], only=('bias', 'coulomb'))
-                     for one in (data[0], touched))
-    monkeypatch.setattr(calibrate_robot, 'robust_weights',
-                        lambda residuals: [np.ones_like(one) for one in residuals])
-    plain = calibrate([touched, data[1]], only=('bias', 'coulomb'))
+    only = ('bias', 'coulomb')
+    one, other = recordings('friction')
+    time = np.arange(len(one.states))[:, None]
+    touched = one.pushed(3.0 * np.eye(7)[2] * ((time > 700) & (time < 900)))
+    robust = calibrate([touched, other], only=only)
+    monkeypatch.setattr(calibrate_robot, '_robust', lambda motions, settings: motions)
+    plain = calibrate([touched, other], only=only)
     assert not robust.contacts and not plain.contacts
-    error, usual = (abs(each.after.effort_model.bias[2] - clean.after.effort_model.bias[2])
-                    for each in (robust, plain))
+    clean = calibrated('friction', only).after.effort_model.bias[2]
+    error, usual = (abs(each.after.effort_model.bias[2] - clean) for each in (robust, plain))
     assert usual > 0.08 and error < 0.2 * usual
 
 
-def test_expected_deviation_covers_other_recordings(robot):
+def test_expected_deviation_covers_other_recordings():
     """Of the residuals, 95 % are within 1.96 standard deviations."""
-    settings = robot.calibrated('friction').after
-    motion = observe(robot.recording(robot.FRICTION, 9), settings)
+    settings = calibrated('friction').after
+    motion = observe(record(FRICTION, 9, 24.0), settings)
     expected = settings.model.effort_model.deviation_at(motion.qd, motion.qdd)
     covered = (np.abs(residual(motion, settings)) < 1.96 * expected).mean(0)
     np.testing.assert_array_less(np.abs(covered - 0.95), 0.03)
 
 
-def test_spring_gets_a_gain_if_s1_sweeps_little(robot):
+def test_spring_gets_a_gain_if_s1_sweeps_little():
     def motion(seed, t):
-        q, qd, qdd = robot.wander(seed, t)
-        return robot.CENTER + 0.5 * (q - robot.CENTER), 0.5 * qd, 0.5 * qdd
-    truth = {**robot.FRICTION,
-             'effort_model.spring_coefficients': 1.1 * np.array(SPRING_COEFFICIENTS)}
-    found = calibrate([robot.recording(truth, seed, 20.0, motion=motion) for seed in range(2)])
+        q, qd, qdd = wander(seed, t)
+        return CENTER + 0.5 * (q - CENTER), 0.5 * qd, 0.5 * qdd
+    truth = {**FRICTION, 'effort_model.spring_coefficients': 1.1 * np.array(SPRING_COEFFICIENTS)}
+    found = calibrate([record(truth, seed, 20.0, motion=motion) for seed in range(2)],
+                      only=('bias', 'spring', 'coulomb'))
     (line,) = [line for line in found.warnings if 'its shape is kept' in line]
     low, high = (float(line.split()[i]) for i in (2, 4))
     assert -1.2 < low < -0.8 and 0.0 < high < 0.3
@@ -157,15 +155,16 @@ def test_spring_gets_a_gain_if_s1_sweeps_little(robot):
                                / SPRING_COEFFICIENTS, gain.value)
 
 
-def test_spring_gets_its_shape_if_s1_sweeps_its_range(robot):
+def test_spring_gets_its_shape_if_s1_sweeps_its_range():
     def motion(seed, t):
-        q, qd, qdd = robot.wander(seed, t)
+        q, qd, qdd = wander(seed, t)
         angle = 0.4 * t + seed
         q[:, 1], qd[:, 1], qdd[:, 1] = (
             -0.45 + 1.5 * np.sin(angle), 0.6 * np.cos(angle), -0.24 * np.sin(angle))
         return q, qd, qdd
-    truth = {**robot.FRICTION, 'effort_model.spring_coefficients': (-3.0, -8.0, 30.0, 8.5, 4.5)}
-    found = calibrate([robot.recording(truth, seed, 20.0, motion=motion) for seed in range(2)])
+    truth = {**FRICTION, 'effort_model.spring_coefficients': (-3.0, -8.0, 30.0, 8.5, 4.5)}
+    found = calibrate([record(truth, seed, 20.0, motion=motion) for seed in range(2)],
+                      only=('bias', 'spring', 'coulomb'))
     assert not [line for line in found.warnings if 'its shape is kept' in line]
     assert len(found.of_term('spring')) == 4
     angle = np.zeros((60, 7))
@@ -175,62 +174,53 @@ def test_spring_gets_its_shape_if_s1_sweeps_its_range(robot):
     np.testing.assert_allclose(fitted, true, atol=0.15)
 
 
-def test_an_earlier_calibration_is_refined(robot):
-    first = robot.calibrated('all')
-    again = calibrate([robot.recording(robot.ALL, seed, 20.0) for seed in (10, 11)],
-                      settings=first.after)
-    assert again.before == replace(first.after, arm='right')
-    assert (again.rms_before < 0.5 * first.rms_before).all()
-    assert (again.rms_after < 1.1 * again.rms_before).all()
-    assert_true_within_uncertainty(robot, again, robot.ALL)
-
-
-def test_a_wrong_calibration_is_corrected(robot):
+def test_a_wrong_calibration_is_corrected():
     wrong = {'effort_model.coulomb': (2.0,) * 3 + (0.4,) * 4, 'effort_model.dahl': (1.0,) * 7,
              'effort_model.bias': (1.0,) * 7, 'effort_model.dahl_length': 0.02,
-             'effort_model.viscous': (0.5,) * 7}
-    found = calibrate(robot.recordings('friction'), PredictorSettings.from_parameters(wrong))
-    assert (found.rms_after < 1.1 * robot.calibrated('friction').rms_after).all()
+             'effort_model.viscous': (0.5,) * 7, 'arm': 'left'}
+    found = calibrate(recordings('friction'), PredictorSettings.from_parameters(wrong))
+    assert found.before.effort_model.bias == (1.0,) * 7 and found.before.arm == 'right'
+    assert (found.rms_after < 1.1 * calibrated('friction').rms_after).all()
     assert found.after.effort_model.dahl_length == 0.02
     for name in ('coulomb', 'dahl', 'viscous'):
-        true = robot.FRICTION.get(f'effort_model.{name}', (0.0,) * 7)
+        true = FRICTION.get(f'effort_model.{name}', (0.0,) * 7)
         np.testing.assert_allclose(getattr(found.after.effort_model, name), true, atol=0.1,
                                    err_msg=name)
 
 
-def test_links_are_found_as_far_as_the_motion_shows_them(robot):
+def test_links_are_found_as_far_as_the_motion_shows_them():
     """Few of the 70 parameters are determined; the prediction and the uncertainties must hold."""
-    settings = PredictorSettings.from_parameters(
-        {**robot.FRICTION, 'gravity': robot.ALL['gravity']})
-    truth = Links(settings.model.arm).updated(
-        settings, np.random.default_rng(4).normal(0.0, 0.05, 70)).parameters()
-    data = [robot.recording(truth, seed) for seed in range(2)]
-    found = calibrate(data, only=('bias', 'coulomb', 'tilt'), inertial=True)
-    assert_true_within_uncertainty(robot, found, truth)
-    assert (found.rms_after < robot.LEAST).all()
+    settings = PredictorSettings.from_parameters({**FRICTION, 'gravity': ALL['gravity']})
+    truth = updated(Links(settings.model.arm), settings,
+                    np.random.default_rng(4).normal(0.0, 0.05, 70)).parameters()
+    found = calibrate([record(truth, seed, 24.0) for seed in range(2)],
+                      only=('bias', 'coulomb', 'tilt'), inertial=True)
+    assert_true_within_uncertainty(found, truth)
+    assert (found.rms_after < LEAST).all()
     assert len(found.of_term('inertial')) == 28
-    without = calibrate(data, only=('bias', 'coulomb', 'tilt'))
-    assert (found.rms_after < without.rms_after)[:4].all()
-    left = residual(observe(robot.recording(truth, 9, 12.0), found.after), found.after)
-    assert (rms(left) < 1.2 * robot.LEAST).all()
+    left = residual(observe(record(truth, 9), found.after), found.after)
+    assert (rms(left) < 1.2 * LEAST).all()
 
 
-@pytest.mark.parametrize('mass', [1.0, 0.0])
-def test_payload_is_found_beside_friction(robot, mass):
-    truth = {**robot.FRICTION, 'payload.mass': mass,
-             'payload.center_of_mass': (0.03, -0.04, 0.08)}
-    found = calibrate([robot.recording(truth, seed, 20.0) for seed in range(2)], payload=True)
-    fitted = {p.component: p for p in found.of_term('payload')}
-    assert abs(fitted['mass'].value - mass) < 3 * fitted['mass'].deviation < 0.15
-    if mass:
-        assert mass == pytest.approx(fitted['mass'].value, rel=0.02)
-        np.testing.assert_allclose(found.after.payload.center_of_mass, (0.03, -0.04, 0.08),
-                                   atol=0.01)
-        assert_true_within_uncertainty(robot, found, truth)
-        assert set(robot.kept(found)['coulomb']) >= set(JOINTS) - {'e1'}
+def test_payload_is_found_beside_friction():
+    center = (0.03, -0.04, 0.08)
+    truth = {**FRICTION, 'payload.mass': 1.0, 'payload.center_of_mass': center}
+    found = calibrate([record(truth, seed, 20.0) for seed in range(2)], payload=True)
+    mass = found.of_term('payload')[0]
+    assert mass.component == 'mass' and mass.deviation < 0.05
+    assert found.after.payload.mass == pytest.approx(1.0, rel=0.02)
+    np.testing.assert_allclose(found.after.payload.center_of_mass, center, atol=0.01)
+    assert_true_within_uncertainty(found, truth)
+    assert set(kept(found)['coulomb']) >= set(JOINTS) - {'e1'}
 
 
-def test_links_stay_possible_whatever_the_data_show(make_motion, columns):
+def test_no_payload_is_found_in_an_empty_hand():
+    found = calibrate(recordings('friction'), payload=True, only=('bias', 'coulomb'))
+    mass = found.of_term('payload')[0]
+    assert abs(mass.value) < 3 * mass.deviation < 0.15
+
+
+def test_links_stay_possible_whatever_the_data_show():
     """A forearm of negative mass would explain these data best."""
     settings, rng = PredictorSettings(), np.random.default_rng(2)
     links = Links(settings.model.arm)
@@ -244,8 +234,8 @@ def test_links_stay_possible_whatever_the_data_show(make_motion, columns):
         effort = effort + columns(links, settings, motion) @ wanted.ravel()
         noise = rng.normal(0.0, 0.05, effort.shape)
         motions.append(replace(motion, time=10 * motion.time, effort=effort + noise))
-    problem = pose(settings, [links], motions)
-    found = fit_terms(problem, choose(problem, {'inertial'}).steps[-1]).settings
-    arm = found.model.arm  # is not refused
-    assert np.linalg.eigvalsh(arm.parameters.pseudo_inertia).min() > 0.0
+    problem = Problem(settings, [links], motions)
+    steps, *_ = choose(problem, {'inertial'})
+    found = Fit(problem, steps[-1]).settings  # is not refused
+    assert np.linalg.eigvalsh(found.model.arm.parameters.pseudo_inertia).min() > 0.0
     assert found.links.mass[3] < 0.2 * settings.links.mass[3]

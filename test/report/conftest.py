@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.calibration_results import Calibration, Judged, Selection
-from baxter_dynamics_ros.calibration.term import Fitted
+from baxter_dynamics_ros.calibration.calibration_results import (Calibration, Fitted, Judged,
+                                                                 Selection)
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
@@ -63,7 +63,7 @@ def calibration():
         arm='left', before=before, after=before.replace(changes), parameters=parameters,
         steps=steps, judged=judged, by_time=False,
         lag=Lag(0.0133, 3e-5, np.array([0.0133] * 5 + [0.02, np.nan])),
-        check=None, contacts=[], notices=(Notice(
+        contacts=[], notices=(Notice(
             'unidentifiable', 'e1: the motion does not show stiffness: as before', ('e1',)),),
         samples=4000, duration=40.0, s1_range=(-1.1, 0.35))
 

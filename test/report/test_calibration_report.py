@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from baxter_dynamics_ros.calibration.calibration_results import Judged, Selection
-from baxter_dynamics_ros.calibration.term import Fitted
+from baxter_dynamics_ros.calibration.calibration_results import Fitted, Judged, Selection
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.recordings.contact_intervals import Contact

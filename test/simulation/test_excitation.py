@@ -4,7 +4,7 @@ import csv
 import json
 
 from baxter_dynamics_ros import BaxterArm, mount
-from baxter_dynamics_ros.calibration.progress import progress
+from baxter_dynamics_ros.calibration.live import progress
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
                                               VELOCITY_LIMIT)

@@ -3,16 +3,15 @@
 import os
 import subprocess
 
-from baxter_dynamics_ros.calibration.process import (
-    COMMAND, ENVIRONMENT, read_result, run, write_input)
-from baxter_dynamics_ros.calibration.progress import progress
+from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
+from baxter_dynamics_ros.calibration.live import (
+    COMMAND, ENVIRONMENT, progress, read_result, run, write_input)
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.simulation.exciting_trajectory import motion, SERIES
+from calibration.known_robot import record
 import numpy as np
 import pytest
-
-pytest.importorskip('scipy', reason='needs SciPy: pip install ".[offline]"')
 
 
 def written(path, recording, values=None):
@@ -23,9 +22,8 @@ def written(path, recording, values=None):
     return path
 
 
-def test_process_calibrates_as_the_command_does(robot, tmp_path):
-    from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
-    (recording,) = robot.recordings('friction')[:1]
+def test_process_calibrates_as_the_command_does(tmp_path):
+    recording = record()
     source = written(tmp_path / 'states.npz', recording)
     subprocess.run([*COMMAND, source, tmp_path / 'result.json'], check=True, timeout=100,
                    env={**os.environ, **ENVIRONMENT})
@@ -45,8 +43,8 @@ def test_process_calibrates_as_the_command_does(robot, tmp_path):
     assert not again.better and 'not reduced' in again.message
 
 
-def test_process_gives_the_reason_of_a_refusal(robot, tmp_path):
-    result = run(written(tmp_path / 'states.npz', robot.recording(robot.FRICTION, 0, 8.0)))
+def test_process_gives_the_reason_of_a_refusal(tmp_path):
+    result = run(written(tmp_path / 'states.npz', record(duration=8.0)))
     assert result.message.startswith('7.8 s of motion are too short')
     assert not result.better and not result.values and np.isnan(result.rms_after).all()
 

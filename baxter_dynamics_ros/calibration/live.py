@@ -1,0 +1,139 @@
+"""
+Calibration beside a running node: progress of the motion, and the fit in a process of its own.
+
+The arguments of ``python -m baxter_dynamics_ros.calibration.live`` are a file of
+:func:`write_input` and a JSON file for the fields of :class:`Result`. Only the process needs
+SciPy.
+"""
+
+from collections.abc import Iterator
+import json
+import os
+from pathlib import Path
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..estimation.settings import PredictorSettings
+from ..model.arrays import Array
+from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.recording import JointState
+
+COMMAND = (sys.executable, '-m', 'baxter_dynamics_ros.calibration.live')
+# For the process: one thread, so that the fit leaves the other processors alone.
+ENVIRONMENT = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
+
+_NICE = 10
+_STEP = 0.2  # time between the positions that are compared, long for their quantisation [s]
+_DURATION = 20.0  # for which acceleration must last [s]
+
+# Motion that identifies the parameters of a joint, measured on recordings and on the exciting
+# trajectory: minimum, and advice for joints that lack it.
+_REQUIRED = (
+    (0.8, 'move {} through more of the range'),  # [rad]
+    (0.2, 'move {} faster in the positive direction'),  # [rad/s]
+    (0.2, 'move {} faster in the negative direction'),  # [rad/s]
+    (0.15, 'accelerate {} more'),  # RMS over _DURATION [rad/s^2]
+)
+
+
+class Progress(NamedTuple):
+    """Motion seen so far."""
+
+    seen: Array  # (7,) share of the required motion, 0 to 1
+    advice: str  # the motion that is missing most, in one line
+
+
+def progress(time: Array, q: Array) -> Progress:
+    """
+    Return how much of the required motion positions q (n, 7) [rad] at times (n,) [s] show.
+
+    Speed and acceleration are those of the positions, because measured velocities have too much
+    noise on some arms.
+    """
+    shares = np.zeros((len(_REQUIRED), N_JOINTS))
+    stride = max(round(_STEP / float(np.median(np.diff(time)))), 1) if len(time) > 1 else 1
+    t, q = time[::stride], q[::stride]
+    if len(t) > 2:
+        speed = np.diff(q, axis=0) / np.diff(t)[:, None]
+        square = np.diff(speed, axis=0) ** 2 / (0.5 * (t[2:] - t[:-2]))[:, None]
+        shown = np.stack([np.ptp(q, axis=0), speed.max(0), -speed.min(0),
+                          np.sqrt(square.sum(0) / _DURATION)])
+        shares = np.clip(shown / np.array([[least] for least, _ in _REQUIRED]), 0.0, 1.0)
+    worst = int(np.argmin(shares.mean(1)))
+    lacking = ', '.join(JOINTS[i] for i in np.flatnonzero(shares[worst] < 1.0))
+    return Progress(shares.min(0), _REQUIRED[worst][1].format(lacking) if lacking else
+                    'all joints have moved enough; further motion improves the result')
+
+
+class Result(NamedTuple):
+    """Result of a calibration."""
+
+    message: str  # reason of a refusal, otherwise the residuals
+    better: bool = False  # whether the calibration predicts left-out parts better
+    values: dict[str, Any] = {}  # settings that the calibration changed
+    rms_before: list[float] = [np.nan] * N_JOINTS  # (7,) on parts left out of the fit [N m]
+    rms_after: list[float] = [np.nan] * N_JOINTS
+    notices: list[str] = []  # warnings about data and fit
+
+
+def write_input(path: Path, names: list[str], stamps_ns: list[int], received_ns: list[int],
+                arrays: tuple[Array, Array, Array], settings: PredictorSettings,
+                inertial: bool = False, payload: bool = False) -> None:
+    """
+    Write n joint states of one arm, the settings to begin with, and whether to fit the bodies.
+
+    The arrays are position [rad], velocity [rad/s] and effort [N m], (n, j) for j names, NaN where
+    missing.
+    """
+    position, velocity, effort = arrays
+    request = {'names': names, 'values': settings.parameters(), 'inertial': inertial,
+               'payload': payload}
+    np.savez(path, stamp=stamps_ns, received=received_ns, position=position, velocity=velocity,
+             effort=effort, request=json.dumps(request))
+
+
+def read_result(path: Path) -> Result:
+    """Return the result that the process has written."""
+    return Result(**json.loads(path.read_text()))
+
+
+class _Recording:
+    """Joint states of an input file."""
+
+    name, topic = 'the recording', ''
+
+    def __init__(self, contents: Any, names: list[str], arm: str) -> None:
+        stamps, received = (contents[key].tolist() for key in ('stamp', 'received'))
+        arrays = (contents[key] for key in ('position', 'velocity', 'effort'))
+        self._states = [JointState(stamp, names, q, qd, effort, time)
+                        for stamp, time, q, qd, effort in zip(stamps, received, *arrays)]
+        self.arm, self.count = arm, len(stamps)
+
+    def __iter__(self) -> Iterator[JointState]:
+        return iter(self._states)
+
+
+def run(path: Path) -> Result:
+    """Return the calibration to the joint states of an input file."""
+    from .calibrate_robot import calibrate
+    with np.load(path) as contents:
+        request = json.loads(str(contents['request']))
+        settings = PredictorSettings.from_parameters(request['values'])
+        recording = _Recording(contents, request['names'], settings.arm)
+    try:
+        found = calibrate([recording], settings, request['inertial'], request['payload'])
+    except BaxterDynamicsError as error:
+        return Result(str(error))
+    before = settings.parameters()
+    changed = {name: value for name, value in found.after.parameters().items()
+               if value != before[name]}
+    return Result(found.summary, found.better, changed, found.rms_before.tolist(),
+                  found.rms_after.tolist(), list(map(str, found.notices)))
+
+
+if __name__ == '__main__':
+    os.nice(_NICE)
+    Path(sys.argv[2]).write_text(json.dumps(run(Path(sys.argv[1]))._asdict()))

@@ -1,0 +1,126 @@
+"""Sums, regularised least squares, cross-validation and correlation times."""
+
+from dataclasses import replace
+
+from baxter_dynamics_ros.calibration.fit import correlation_times
+from baxter_dynamics_ros.calibration.fit_data import residual
+from baxter_dynamics_ros.calibration.least_squares import (
+    Problem, SHORTEST, solve, squared_error)
+from baxter_dynamics_ros.calibration.terms import all_terms
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from calibration.known_robot import columns, decoupled, make_motion
+import numpy as np
+import pytest
+
+
+def all_columns(problem, settings):
+    """Return for each motion the columns (n, 7, p) of all terms, and the residual (n, 7)."""
+    return [(np.concatenate([columns(term, settings, motion) for term, _ in problem.terms], -1),
+             decoupled(residual(motion, settings), settings)) for motion in problem.motions]
+
+
+def test_sums_are_those_of_all_rows(settings, rng):
+    """The first motion is longer than a block of rows."""
+    motions = [replace(motion, weight=rng.uniform(0.2, 1.0, motion.q.shape))
+               for motion in (make_motion(1100, rng), make_motion(200, rng))]
+    problem = Problem(settings, all_terms(settings, shape=True), motions)
+    x, y = map(np.concatenate, zip(*all_columns(problem, settings)))
+    w = np.concatenate([motion.weight for motion in motions])
+    xy = np.concatenate([x, y[..., None]], axis=-1)
+    np.testing.assert_allclose(
+        problem.whole, np.einsum('njp,nj,njq->jpq', xy, w, xy, optimize=True), rtol=1e-9,
+        atol=1e-9)
+    b = 0.1 * problem.prior
+    errors = (w * (y - x @ b) ** 2).sum(0)
+    np.testing.assert_allclose(squared_error(problem.whole, b), errors, rtol=1e-9)
+    np.testing.assert_allclose(problem.rms(errors[None]), np.sqrt(errors / w.sum(0)))
+    np.testing.assert_allclose(problem.others[1], problem.folds[0], rtol=1e-9, atol=1e-6)
+
+
+def test_error_about_a_deviation_is_that_of_its_settings(settings, motion):
+    """Products of tilt, links and crosstalk are exact after linearisation about the deviation."""
+    problem = Problem(settings, all_terms(settings, shape=False), [motion])
+    rng = np.random.default_rng(8)
+    b = np.zeros(len(problem.prior))
+    for term, where in problem.terms:
+        if term.name in ('bias', 'coulomb', 'tilt', 'inertial', 'stiffness', 'crosstalk'):
+            b[where] = np.abs(rng.normal(0.0, 0.3 * term.prior))
+    after = problem.updated(b)
+    true = (decoupled(residual(motion, after), after) ** 2).sum(0)
+    np.testing.assert_allclose(squared_error(problem.about(b).whole, b), true, rtol=1e-9)
+    assert np.abs(squared_error(problem.whole, b) / true - 1.0).max() > 1e-5
+
+
+def test_cross_validation_fits_without_each_fold(rng):
+    settings = PredictorSettings()
+    terms = [term for term in all_terms(settings, shape=False)
+             if term.name in ('bias', 'stiffness', 'tilt')]
+    problem = Problem(settings, terms, [make_motion(n, rng) for n in (60, 90, 40)])
+    weights = rng.uniform(0.1, 1.0, 7) * np.isin(np.arange(7), (1, 3))
+    active = np.arange(len(problem.prior)) % 3 > 0
+    folds = all_columns(problem, settings)
+    expected = []
+    for k, (x, y) in enumerate(folds):
+        others = map(np.concatenate, zip(*(folds[:k] + folds[k + 1:])))
+        rows, right = stacked(*others, weights, active, problem.prior)
+        b, *_ = np.linalg.lstsq(rows, right, rcond=None)
+        expected.append(((y - x[..., active] @ b) ** 2).sum(0))
+    np.testing.assert_allclose(problem.cross_validate(weights, active), expected, rtol=1e-9)
+
+
+@pytest.fixture
+def random_problem(rng):
+    """Return sums of a random problem, its rows, weights and prior."""
+    x, y = rng.normal(size=(40, 7, 6)), rng.normal(size=(40, 7))
+    xy = np.concatenate([x, y[..., None]], axis=-1)
+    prior = np.array([0.05, 0.1, 0.02, 1.0, 3.0, 0.1])
+    return np.einsum('njp,njq->jpq', xy, xy), x, y, rng.uniform(0.1, 4.0, 7), prior
+
+
+def stacked(x, y, weights, active, prior):
+    """Return the rows of a least-squares problem: weighted samples of all joints, and priors."""
+    root = np.sqrt(weights)[:, None]
+    rows = (x * root).reshape(-1, x.shape[-1])
+    return (np.concatenate([rows, np.diag(1.0 / prior)])[:, active],
+            np.concatenate([(y * root[:, 0]).ravel(), np.zeros(len(active))]))
+
+
+@pytest.mark.parametrize('active', [[1] * 6, [1, 1, 0, 1, 0, 1], [0] * 6],
+                         ids=['all', 'some', 'none'])
+def test_solve_is_least_squares_with_priors_as_rows(random_problem, active):
+    sums, x, y, weights, prior = random_problem
+    active = np.array(active, dtype=bool)
+    known = np.where(active, 9.0, [0.0, 0.0, 0.3, 0.0, -0.2, 0.0])
+    rows, right = stacked(x, y - x @ np.where(active, 0.0, known), weights, active, prior)
+    found = solve(sums, weights, active, prior, np.full(6, -np.inf), known)
+    np.testing.assert_allclose(found[active], np.linalg.lstsq(rows, right, rcond=None)[0],
+                               atol=1e-12)
+    np.testing.assert_array_equal(found[~active], known[~active])
+
+
+def test_solve_is_optimal_within_its_bounds(random_problem):
+    """The gradient is zero at free parameters and points outwards at bounds."""
+    sums, x, y, weights, prior = random_problem
+    every = np.ones(6, dtype=bool)
+    free = solve(sums, weights, every, prior, np.full(6, -np.inf))
+    lower = free + np.array([0.03, -1.0, 0.02, 0.05, -1.0, -1.0])  # three of them bind
+    found = solve(sums, weights, every, prior, lower)
+    assert (found >= lower).all()
+    at_bound = found == lower
+    assert at_bound.any() and not at_bound.all()
+    rows, right = stacked(x, y, weights, every, prior)
+    gradient = rows.T @ (rows @ found - right)
+    np.testing.assert_allclose(gradient[~at_bound], 0.0, atol=1e-9)
+    assert (gradient[at_bound] > 0.0).all()
+
+
+@pytest.mark.parametrize('memory', [0.0, 2.5])
+def test_correlation_time_of_noise_with_memory(memory, rng):
+    """Noise that decays by exp(-t / memory) has a correlation time of twice its memory."""
+    period = 0.05
+    keep = np.exp(-period / memory) if memory else 0.0
+    noise = rng.normal(size=(40_000, 7))
+    for previous, row in zip(noise, noise[1:]):
+        row += keep * previous
+    found = correlation_times([noise[:20_000], 2.0 + noise[20_000:]], [period] * 2)
+    assert found.mean() == pytest.approx(max(2 * memory, SHORTEST), rel=0.15)
