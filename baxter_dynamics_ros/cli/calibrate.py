@@ -114,8 +114,7 @@ def _plan(args: argparse.Namespace) -> None:
     """Print the exciting trajectory, record it on the fake Baxter, and write it to files."""
     import numpy as np
     from .experiment import BAG, record_bag
-    from ..simulation.exciting_trajectory import LimitedMotion
-    from ..simulation.plan_file import write_plan, write_trajectory
+    from ..simulation.exciting_trajectory import LimitedMotion, write_plan, write_trajectory
     from ..simulation.robot import FakeBaxter
     from ..simulation.trajectories import JointTrajectory
     folder = new_folder(args.output or 'baxter_plan')

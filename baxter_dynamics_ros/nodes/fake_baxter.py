@@ -103,7 +103,7 @@ class FakeBaxterNode(ParameterNode):
                 'process was too slow or suspended, or the clock was set; continuing from now')
             self._states.start_ns += int(behind * 1e9)
         while self._states.due_ns <= now:  # stamps are never in the future
-            stamp, names, *fields = next(self._states)
+            stamp, names, *fields = self._states.take()
             self._publisher.publish(joint_state(names, stamp, *fields))
         self._log_command_source()
 

@@ -16,15 +16,7 @@ class DescriptionError(BaxterDynamicsError):
 
 
 def find_description() -> Path:
-    """
-    Return the path of the manufacturer's URDF, as PyPI's ``hpp-baxter`` installs it.
-
-    Raises
-    ------
-    DescriptionError
-        If it is not installed.
-
-    """
+    """Return the path of the manufacturer's URDF, as PyPI's ``hpp-baxter`` installs it."""
     for folder in sys.path:
         path = Path(folder) / _IN_WHEEL
         if path.is_file():
@@ -40,21 +32,8 @@ def arm_description(side: str, path: str | Path | None = None,
 
     Geometry, the other arm, the head and the gripper are removed. The rest is the arm that the
     paper's tables describe, with independent numbers. A payload becomes a link fixed to the hand.
-
-    Parameters
-    ----------
-    side : str
-        'right' or 'left'.
-    path : Path, optional
-        The robot's URDF; :func:`find_description` by default.
-    payload : Payload, optional
-        Payload of the hand.
-
-    Raises
-    ------
-    DescriptionError
-        If the file cannot be read or lacks one of the arm's joints or its hand.
-
+    The path is that of the robot's URDF; :func:`find_description` by default. Raises
+    DescriptionError if the file cannot be read or lacks one of the arm's joints or its hand.
     """
     path = Path(path) if path else find_description()
     try:
@@ -66,15 +45,15 @@ def arm_description(side: str, path: str | Path | None = None,
     if missing:
         raise DescriptionError(f"{path}: no joint {missing[0]}; is it a Baxter's URDF?")
     keep = _links_of_arm(joints, joint_names(side))
+    hand = next((name for name in hand_names(side) if name in keep), None)
+    if hand is None:
+        raise DescriptionError(f'{path}: no link {hand_names(side)[0]}')
     for element in list(robot):
         link = _link(element, 'child') if element.tag == 'joint' else element.get('name')
         if element.tag not in ('joint', 'link') or link not in keep:
             robot.remove(element)
         for shape in element.findall('visual') + element.findall('collision'):
             element.remove(shape)
-    hand = next((name for name in hand_names(side) if name in keep), None)
-    if hand is None:
-        raise DescriptionError(f'{path}: no link {hand_names(side)[0]}')
     if payload is not None and payload.mass > 0.0:
         robot.extend(_load(hand, payload))
     return ET.tostring(robot, encoding='unicode')
@@ -85,18 +64,16 @@ def hand_names(side: str) -> tuple[str, str]:
     return f'{side}_hand', f'{side}_hand_link'
 
 
-def _load(hand: str, payload: Payload) -> list[ET.Element]:
-    """Return the elements that fix a payload to the hand."""
-    link = ET.Element('link', name='payload')
-    inertial = ET.SubElement(link, 'inertial')
-    ET.SubElement(inertial, 'origin', xyz=' '.join(map(repr, payload.center_of_mass)))
-    ET.SubElement(inertial, 'mass', value=repr(payload.mass))
-    names = ('ixx', 'iyy', 'izz', 'ixy', 'iyz', 'ixz')
-    ET.SubElement(inertial, 'inertia', dict(zip(names, map(repr, payload.inertia))))
-    joint = ET.Element('joint', name='payload', type='fixed')
-    ET.SubElement(joint, 'parent', link=hand)
-    ET.SubElement(joint, 'child', link='payload')
-    return [link, joint]
+def _load(hand: str, payload: Payload) -> ET.Element:
+    """Return the link and the joint that fix a payload to the hand."""
+    numbers = dict(zip(('ixx', 'iyy', 'izz', 'ixy', 'iyz', 'ixz'), map(repr, payload.inertia)))
+    inertia = ' '.join(f'{name}="{value}"' for name, value in numbers.items())
+    center = ' '.join(map(repr, payload.center_of_mass))
+    return ET.fromstring(
+        f'<robot><link name="payload"><inertial><origin xyz="{center}"/>'
+        f'<mass value="{payload.mass!r}"/><inertia {inertia}/></inertial></link>'
+        f'<joint name="payload" type="fixed"><parent link="{hand}"/><child link="payload"/>'
+        '</joint></robot>')
 
 
 def _links_of_arm(joints: dict[str, ET.Element], arm: tuple[str, ...]) -> set[str]:

@@ -1,17 +1,30 @@
-"""Exciting joint trajectory: makes every parameter of a calibration identifiable."""
+"""Exciting joint trajectory: makes every parameter of a calibration identifiable; as files."""
 
+import json
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from .trajectories import minimum_jerk, mirror
+from ..files import write_file
 from ..model.arrays import Array, ArrayLike
+from ..model.joints import joint_names, SIDES
 
 DURATION = 60.0  # [s]
 _EASE = 4.0  # duration of the fade-in and of the fade-out [s]
 _STEP = 0.01  # [s]
 _WINDOW = 50  # steps before and after a fast part in which the motion slows down
+
+# Sufficient for a motion below 0.5 Hz. The SDK's player solves a system of equations with one
+# unknown per line of the file.
+_PLAN_RATE = 20.0  # at full speed [Hz]
+# Sufficient with velocities and accelerations; the file still fits into a command line.
+_TRAJECTORY_RATE = 4.0  # at full speed [Hz]
+# Rest pose of the other arm: the SDK's neutral pose, the same for both arms [rad].
+NEUTRAL = (0.0, -0.55, 0.0, 0.75, 0.0, 1.26, 0.0)
+_OPEN = 100.0  # gripper position [%]
 
 
 class Series(NamedTuple):
@@ -51,12 +64,10 @@ SERIES = Series(
 
 def motion(series: Series, t: ArrayLike) -> tuple[Array, Array, Array]:
     """
-    Return position, velocity and acceleration, each (..., 7) [rad, rad/s, rad/s^2].
+    Return position, velocity and acceleration at t (...) [s], each (..., 7), in radians.
 
     A window makes the motion start and end at rest, twice continuously differentiable. Outside
     the window the arm rests at the centre.
-
-    t is the time since the start, (...) [s].
     """
     t = np.clip(t, 0.0, DURATION)[..., None]
     frequency = 2 * np.pi / DURATION * series.harmonic  # [rad/s]
@@ -86,12 +97,6 @@ class LimitedMotion:
     The exciting trajectory of an arm, slower where a joint would exceed a velocity [rad/s].
 
     The path stays as it is, and acceleration stays continuous.
-
-    Attributes
-    ----------
-    duration : float
-        Duration [s].
-
     """
 
     def __init__(self, side: str, max_velocity: float = np.inf) -> None:
@@ -105,7 +110,7 @@ class LimitedMotion:
         self._slowdown = np.convolve(highest, weights / weights.sum(), 'valid')
         steps = _STEP * (self._slowdown[1:] + self._slowdown[:-1]) / 2.0
         self._time = np.concatenate([[0.0], np.cumsum(steps)])
-        self.duration = float(self._time[-1])
+        self.duration = float(self._time[-1])  # [s]
 
     def __call__(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration at t (...), each (..., 7); see motion."""
@@ -119,3 +124,38 @@ class LimitedMotion:
         """Return times (n,) [s], as dense along the path as a rate [Hz] at full speed."""
         phase = np.linspace(0.0, DURATION, round(DURATION * rate) + 1)
         return np.interp(phase, self._phase, self._time)
+
+
+def write_plan(path: str | Path, side: str, motion: LimitedMotion) -> None:
+    """
+    Write the exciting trajectory in the format of the SDK's ``joint_recorder.py``.
+
+    The SDK's ``joint_trajectory_file_playback.py`` needs the columns of both arms and grippers and
+    moves both arms: the other arm moves to :data:`NEUTRAL` and stays there; electric grippers
+    open. The move to the first line is not collision-checked.
+    """
+    times = motion.waypoints(_PLAN_RATE)
+    header, columns = ['time'], [times]
+    for arm in reversed(SIDES):  # the SDK's order: left, right
+        header += [*joint_names(arm), f'{arm}_gripper']
+        q = motion(times)[0] if arm == side else np.tile(NEUTRAL, (len(times), 1))
+        columns += [*q.T, np.full(len(times), _OPEN)]
+    lines = [','.join(header)] + [','.join(f'{x:.6f}' for x in row) for row in zip(*columns)]
+    write_file(path, '\n'.join(lines) + '\n')
+
+
+def write_trajectory(path: str | Path, side: str, motion: LimitedMotion) -> None:
+    """
+    Write the exciting trajectory as a ``trajectory_msgs/JointTrajectory`` in JSON, which is YAML.
+
+    It serves as the field ``trajectory`` of a goal of ``FollowJointTrajectory``. The move to the
+    first point is not collision-checked.
+    """
+    times = motion.waypoints(_TRAJECTORY_RATE).round(6)
+    points = [{'positions': q, 'velocities': qd, 'accelerations': qdd,
+               'time_from_start': {'sec': int(t // 1), 'nanosec': round(t % 1 * 1e9)}}
+              for t, q, qd, qdd in zip(times.tolist(), *(
+                  values.round(5).tolist() for values in motion(times)))]
+    lines = ',\n'.join(json.dumps(point, separators=(',', ':')) for point in points)
+    names = json.dumps(joint_names(side))
+    write_file(path, f'{{"joint_names": {names}, "points": [\n{lines}]}}\n')

@@ -24,7 +24,7 @@ COULOMB = (0.4, 0.7, 0.3, 0.3, 0.1, 0.1, 0.03)
 TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])
 
 _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
-             '<option timestep="{timestep}" integrator="implicitfast">'
+             f'<option timestep="{TIMESTEP}" integrator="implicitfast">'
              '<flag contact="disable" constraint="disable"/></option></mujoco>')
 
 
@@ -39,36 +39,10 @@ class Plant:
     One simulated arm driven by motor torques; joint order s0 ... w2.
 
     ``M qdd + C qd + G = motor - spring(q) - stiffness q - friction - added_inertia qdd
-    + J^T force + torque``. The bias of the effort model belongs to the sensors.
-
-    Parameters
-    ----------
-    side : str
-        'right' or 'left'.
-    description : path, optional
-        A Baxter's URDF; the one of ``hpp-baxter`` by default.
-    truth : EffortModel, optional
-        True spring, cable stiffness, friction and added inertia, the latter not negative;
-        :func:`default_truth` by default.
-    payload : Payload, optional
-        Payload of the hand; unknown to the robot's own compensation, as are tilt and cables.
-    gravity : array_like (3,), optional
-        Gravity vector in the base frame [m/s^2]; straight down by default.
-
-    Attributes
-    ----------
-    force : ndarray (3,)
-        External force on the hand, base axes [N].
-    torque : ndarray (7,)
-        External torque on the joints [N m].
-
-    Raises
-    ------
-    ArgumentError
-        If added_inertia has a negative value, or gravity is not three numbers.
-    DescriptionError
-        If the description cannot be used.
-
+    + J^T force + torque``. The bias of the effort model belongs to the sensors. By default the
+    description is that of ``hpp-baxter``, the true effort model :func:`default_truth`, and
+    gravity (3,) [m/s^2], in the base frame, straight down. The robot's own compensation knows
+    neither payload nor tilt nor cables.
     """
 
     def __init__(self, side: str, description: Path | str | None = None,
@@ -78,6 +52,8 @@ class Plant:
         if self.truth.added_inertia.min() < 0.0:
             raise ArgumentError('truth.added_inertia', 'expected no negative value, got '
                                 f'{self.truth.added_inertia}')
+        self.force: Array = np.zeros(3)  # external force on the hand, base axes [N]
+        self.torque: Array = np.zeros(N_JOINTS)  # external torque on the joints [N m]
         self.model = _compile(arm_description(side, description, payload))
         self.model.opt.gravity[:] = finite(
             'gravity', GRAVITY if gravity is None else gravity, (3,))
@@ -85,13 +61,12 @@ class Plant:
         self._joints = np.array([names.index(name) for name in joint_names(side)])
         self.model.dof_armature[self._joints] = self.truth.added_inertia
         self.data = mujoco.MjData(self.model)
-        self._nominal = _StaticModel(_compile(arm_description(side, description)))
-        self._actual = _StaticModel(self.model)
-        names = [self.model.body(i).name for i in range(self.model.nbody)]
-        self._hand = next(i for i, name in enumerate(names) if name in hand_names(side))
+        self._hand = next(i for i in range(self.model.nbody)
+                          if self.model.body(i).name in hand_names(side))
+        nominal = _compile(arm_description(side, description))
+        self._nominal = nominal, mujoco.MjData(nominal)
+        self._actual = self.model, mujoco.MjData(self.model)
         self._presliding = Presliding(self.truth.dahl_length)
-        self.force: Array = np.zeros(3)
-        self.torque: Array = np.zeros(N_JOINTS)
 
     @property
     def q(self) -> Array:
@@ -112,12 +87,12 @@ class Plant:
 
     def holding_torque(self) -> Array:
         """Return the robot's own compensation of gravity and spring, (7,) [N m]."""
-        return self._nominal.gravity(self.data.qpos)[self._joints] + self.truth.spring(self.q)
+        return self._gravity(*self._nominal) + self.truth.spring(self.q)
 
     def static_torque(self) -> Array:
         """Return the motor torques that hold the arm at rest without friction, (7,) [N m]."""
-        gravity = self._actual.gravity(self.data.qpos)[self._joints]
-        return gravity + self.truth.spring(self.q) + self.truth.stiffness * self.q
+        return (self._gravity(*self._actual) + self.truth.spring(self.q)
+                + self.truth.stiffness * self.q)
 
     def step(self, motor: Array) -> None:
         """Advance by one time step under motor torques (7,) [N m]."""
@@ -132,27 +107,18 @@ class Plant:
                               self.data.xpos[self._hand], self._hand, applied)
         mujoco.mj_step(self.model, self.data)
 
-
-class _StaticModel:
-    """Gravity torques of a model at rest."""
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self._model = model
-        self._data = mujoco.MjData(model)
-
-    def gravity(self, qpos: Array) -> Array:
-        """Return the torques that balance gravity, in MuJoCo's joint order [N m]."""
-        self._data.qpos[:] = qpos
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_comPos(self._model, self._data)
-        result = np.zeros(self._model.nv)
-        mujoco.mj_rne(self._model, self._data, 0, result)
-        return result
+    def _gravity(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+        """Return the torques (7,) [N m] that balance gravity at rest, by another model."""
+        data.qpos[:] = self.data.qpos
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        result = np.zeros(model.nv)
+        mujoco.mj_rne(model, data, 0, result)
+        return result[self._joints]
 
 
 def _compile(urdf: str) -> mujoco.MjModel:
     root_end = urdf.index('>', urdf.index('<robot')) + 1
-    model = mujoco.MjModel.from_xml_string(
-        urdf[:root_end] + _COMPILER.format(timestep=TIMESTEP) + urdf[root_end:])
+    model = mujoco.MjModel.from_xml_string(urdf[:root_end] + _COMPILER + urdf[root_end:])
     model.dof_damping[:] = 0.0  # the value 0.7 in the description was never measured
     return model

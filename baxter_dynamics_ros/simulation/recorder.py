@@ -18,20 +18,14 @@ _TOLERANCE = 500_000  # on a recording's end; the jitter of stamps is far smalle
 
 class JointStates:
     """
-    Endless iterator over the joint states that a robot publishes from its present time.
+    Joint states that a robot publishes from its present time.
 
     The head and both arms are published at ``rate`` [Hz], two gripper joints at 38 Hz. Each
     message advances the simulation to its instant.
-
-    Attributes
-    ----------
-    start_ns : int
-        Stamp of the start [ns]; assign a later value to skip time.
-
     """
 
     def __init__(self, robot: FakeBaxter, rate: float, seed: int, start_ns: int):
-        self.start_ns = start_ns
+        self.start_ns = start_ns  # stamp of the start [ns]; assign a later value to skip time
         self._robot = robot
         self._begin = robot.time
         self._period = 1.0 / rate
@@ -45,11 +39,7 @@ class JointStates:
         """Stamp of the next message [ns]."""
         return self.start_ns + min(self._arms_due, self._grippers_due)
 
-    def __iter__(self) -> 'JointStates':
-        """Return this iterator."""
-        return self
-
-    def __next__(self) -> Message:
+    def take(self) -> Message:
         """Return stamp [ns], names, position, velocity and effort of the next message."""
         stamp = self.due_ns
         if self._grippers_due < self._arms_due:
@@ -75,9 +65,8 @@ def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0) -> It
     :data:`START_NS`.
     """
     states = JointStates(robot, rate, seed, START_NS)
-    end = START_NS + _ns(duration) + _TOLERANCE
-    while states.due_ns < end:
-        yield next(states)
+    while states.due_ns < START_NS + _ns(duration) + _TOLERANCE:
+        yield states.take()
 
 
 def _ns(seconds: float) -> int:

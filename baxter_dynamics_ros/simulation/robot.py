@@ -1,15 +1,14 @@
-"""Fake Baxter: plant, controller and sensors, without ROS."""
+"""Fake Baxter, without ROS: plant, sensors, and the paper's double-loop position controller."""
 
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import exciting_trajectory, poses
-from .controller import DoubleLoop
+from . import exciting_trajectory
 from .plant import default_truth, Plant, TIMESTEP, TORQUE_LIMIT
 from .sensors import Sensors
-from .trajectories import HandTrajectory, JointTrajectory, mirror
+from .trajectories import HandTrajectory, JointTrajectory, mirror, poses
 from ..model.arrays import Array, finite
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
@@ -33,6 +32,13 @@ COMMAND_TIMEOUT = 0.2  # how long a torque command stays in force, as in the SDK
 RUNAWAY = 10 * VELOCITY_LIMIT
 
 _REFERENCE_STEPS = 10  # time steps between two reference updates, linear in between
+
+# Gains of the controller, eqs. (13) and (14), joint order s0 ... w2. The paper states none; these
+# settle each joint within 0.3 s.
+KP_OUTER = 15.0  # [1/s]
+KD_OUTER = 0.3
+KP_INNER = np.array([40.0, 40.0, 15.0, 15.0, 1.0, 1.5, 0.1])  # [N m s/rad]
+KI_INNER = 6.0 * KP_INNER  # [N m/rad]
 
 
 class FakeBaxter:
@@ -75,14 +81,15 @@ class FakeBaxter:
         self.reference: HandTrajectory | JointTrajectory = _reference(side, trajectory)
         self.plant.place(self.reference.q)
         standing = self.plant.static_torque()
-        self._controller = DoubleLoop(standing - self.plant.holding_torque())
-        self._sensors = Sensors(TIMESTEP, noise, seed)
+        # Of the controller's inner loop [rad], as if it had held the arm in place for long.
+        self._integral = (standing - self.plant.holding_torque()) / KI_INNER
+        self._sensors = Sensors(noise, seed)
         self._steps = self._command_ends = 0
         self._command: Array | None = None  # commanded motor torques, if any
         other = SIDES[1 - SIDES.index(side)]
         resting = Plant(other, description, truth, gravity=gravity)
         resting.place(HandTrajectory(other, 'hold').q)
-        self._resting = Sensors(TIMESTEP, noise, seed + 1)
+        self._resting = Sensors(noise, seed + 1)
         self._resting_state = resting.q, truth.coupled(resting.static_torque() + truth.bias)
         simulated = joint_names(side) + joint_names(other)
         self._order = [simulated.index(name) if name in simulated else len(simulated)
@@ -155,21 +162,27 @@ class FakeBaxter:
         if ahead == 0:
             self.reference.advance(_REFERENCE_STEPS * TIMESTEP)
             ahead = _REFERENCE_STEPS
-        wanted = self.reference.q - ahead * TIMESTEP * self.reference.qd
-        return self._controller.torque(
-            wanted, self.reference.qd, self.plant.q, self.plant.qd,
-            self.plant.holding_torque(), TIMESTEP)
+        error = self._velocity_error(self.reference.q - ahead * TIMESTEP * self.reference.qd)
+        self._integral = self._integral + error * TIMESTEP
+        return (self.plant.holding_torque() + KP_INNER * error
+                + KI_INNER * self._integral)  # (14), over gravity and spring compensation
+
+    def _velocity_error(self, q_r: Array) -> Array:
+        """Return the velocity error (7,) [rad/s] of the inner loop for a reference (7,) [rad]."""
+        q, qd = self.plant.q, self.plant.qd
+        wanted = KP_OUTER * (q_r - q) + KD_OUTER * (self.reference.qd - qd)  # (13)
+        return wanted - qd  # of (14), whose text prints q_r for the velocity qd
 
     def _hold_here(self, motor: Array) -> None:
         """Hold the present position, starting from motor torques (7,) [N m]."""
         here = self.plant.q
         self.reference = JointTrajectory(lambda t: here)
         if self._runs_away():
-            self._controller = DoubleLoop()  # without the torques that accelerate the joint
+            self._integral = np.zeros(N_JOINTS)  # without the torques that accelerate the joint
         else:
-            self._controller.start_at(
-                motor, self.reference.q, self.reference.qd, self.plant.q, self.plant.qd,
-                self.plant.holding_torque(), TIMESTEP)
+            error = self._velocity_error(here)
+            self._integral = ((motor - self.plant.holding_torque() - KP_INNER * error) / KI_INNER
+                              - error * TIMESTEP)
 
     def _runs_away(self) -> bool:
         return bool((np.abs(self.plant.qd) > RUNAWAY).any())
@@ -181,5 +194,5 @@ def _reference(side: str, trajectory: str) -> HandTrajectory | JointTrajectory:
         series = exciting_trajectory.series(side)
         return JointTrajectory(lambda t: exciting_trajectory.motion(series, t)[0])
     if trajectory == 'poses':
-        return JointTrajectory(lambda t: mirror(side) * poses.motion(t))
+        return JointTrajectory(lambda t: mirror(side) * poses(t))
     return HandTrajectory(side, trajectory)

@@ -1,4 +1,4 @@
-"""The paper's hand trajectories, and the joint references that follow them, eq. (15)."""
+"""Trajectories of the fake Baxter: the paper's, and postures that identify a payload."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,6 +22,18 @@ MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 # Right arm, hand down, elbow up: initial guess of the first posture [rad].
 _GUESS = np.array([0.3, -0.6, 0.0, 1.4, 0.0, 0.77, 0.0])
 
+# Of the right arm [rad]. A random search over collision-free postures chose the three that
+# identify mass and centre of mass of a payload best; none is near a joint limit.
+POSTURES = np.array([[0.30, -0.54, 0.01, 0.66, -1.62, 1.57, -0.27],
+                     [0.66, -1.10, -0.12, 1.15, -0.36, 0.11, 0.27],
+                     [0.92, -0.38, -0.72, 0.98, -0.23, 1.71, 0.81]])
+MOVE = 1.5  # duration of a minimum-jerk move between postures [s]
+REST = 2.0  # rest in each posture [s]
+# In every second lap each joint overshoots and returns during the rest, so that it reaches the
+# posture from the other side: the overshoot is several times the angle that reverses friction.
+OVERSHOOT = 0.08  # [rad]
+RETURN_TIME = 0.6  # [s]
+
 
 def mirror(side: str) -> Array:
     """Return the signs (7,) that turn the right arm's angles into the given arm's."""
@@ -35,10 +47,9 @@ def minimum_jerk(s: Any) -> Any:
 
 def circle(t: float) -> Array:
     """
-    Return the hand's position at t, trajectory 3(a) of the paper (caption of fig. 5).
+    Return the hand's position (3,) [m] at t [s], trajectory 3(a) of the paper (caption of fig. 5).
 
-    ``x = 0.6 + 0.1 sin t, y = -0.2 + 0.1 cos t, z = 0.1 + 0.1 cos 0.2 t``, in m and s, read in the
-    robot's base frame. The left arm's is its mirror image.
+    It is read in the robot's base frame. The left arm's is its mirror image.
     """
     return np.array([0.6 + 0.1 * np.sin(t), -0.2 + 0.1 * np.cos(t), 0.1 + 0.1 * np.cos(0.2 * t)])
 
@@ -47,8 +58,8 @@ def switch(t: float) -> Array:
     """
     Return the hand's position at t, trajectory 3(b) of the paper: switched quickly in y.
 
-    The paper gives no numbers. Chosen here: x = 0.6, z = 0.1 and y from -0.1 to -0.3 m or back
-    every 2 s, by a minimum-jerk move in the last 0.6 s of them (0.63 m/s, 3.2 m/s^2 at most).
+    The paper gives no numbers. Chosen here: y from -0.1 to -0.3 m or back every 2 s, by a
+    minimum-jerk move in the last 0.6 s of them (0.63 m/s, 3.2 m/s^2 at most).
     """
     count, rest = divmod(t, _SWITCH_PERIOD)
     s = max(0.0, 1.0 - (_SWITCH_PERIOD - rest) / _SWITCH_TIME)  # of the move, 0 to 1
@@ -57,41 +68,42 @@ def switch(t: float) -> Array:
 
 
 def lift(t: float) -> Array:
-    """
-    Return the hand's position at t, trajectory 3(c) of the paper: slowly up and down.
-
-    The paper gives no numbers. Chosen here: ``x = 0.6, y = -0.2, z = 0.1 + 0.15 sin 0.5 t``.
-    """
+    """Return the hand's position at t, trajectory 3(c): slowly up and down; numbers are ours."""
     return np.array([0.6, -0.2, 0.1 + 0.15 * np.sin(0.5 * t)])
 
 
-def hold(t: float) -> Array:
-    """Return the constant position at which the circle begins."""
-    return circle(0.0)
-
-
 TRAJECTORIES: dict[str, Callable[[float], Array]] = {
-    'circle': circle, 'switch': switch, 'lift': lift, 'hold': hold}
+    'circle': circle, 'switch': switch, 'lift': lift, 'hold': lambda t: circle(0.0)}
 # Time after which each trajectory repeats [s].
 PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi}
 
 
+def poses(t: float) -> Array:
+    """Return the right arm's angles (7,) [rad] at t [s]: POSTURES in turn, twice smooth."""
+    count, rest = divmod(t, REST + MOVE)
+    here, start, end = POSTURES[int(count) % len(POSTURES)], _reached(count), _reached(count + 1)
+    back, on = (float(minimum_jerk(min(max(s, 0.0), 1.0)))
+                for s in (rest / RETURN_TIME, (rest - REST) / MOVE))
+    q: Array = start + (here - start) * back + (end - here) * on
+    return q
+
+
+def _reached(count: float) -> Array:
+    """Return the angles (7,) [rad] at the end of a move: a posture, or beyond it."""
+    n = int(count)
+    before, here = POSTURES[(n - 1) % len(POSTURES)], POSTURES[n % len(POSTURES)]
+    overshoot = OVERSHOOT if n // len(POSTURES) % 2 else 0.0
+    return np.asarray(here + overshoot * np.sign(here - before))
+
+
 class JointTrajectory:
-    """
-    Joint references along a motion: joint angles (7,) [rad] at a time [s].
-
-    Attributes
-    ----------
-    q, qd : ndarray (7,)
-        The reference now [rad, rad/s].
-
-    """
+    """Joint references along a motion, which returns joint angles (7,) [rad] at a time [s]."""
 
     def __init__(self, motion: Callable[[float], Array]) -> None:
         self._motion = motion
         self._t = 0.0
-        self.q = motion(0.0)
-        self.qd: Array = np.zeros(len(self.q))
+        self.q = motion(0.0)  # the reference now (7,) [rad]
+        self.qd: Array = np.zeros(len(self.q))  # [rad/s]
 
     def advance(self, dt: float) -> None:
         """Advance by dt [s]; qd becomes the mean velocity over the step."""
@@ -105,8 +117,14 @@ class HandTrajectory:
     """
     Joint references along a hand trajectory, by the inverse Jacobian method of eq. (15).
 
-    Same interface as :class:`JointTrajectory`. The hand points down throughout; the reference
-    starts at rest and accelerates along one of :data:`TRAJECTORIES`.
+    The hand points down throughout; the reference starts at rest and accelerates along one of
+    :data:`TRAJECTORIES`.
+
+    Attributes
+    ----------
+    q, qd : ndarray (7,)
+        The reference now [rad, rad/s].
+
     """
 
     def __init__(self, side: str, trajectory: str) -> None:

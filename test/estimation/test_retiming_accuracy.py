@@ -27,7 +27,7 @@ def motion(t, k):
 @lru_cache
 def sensed(rate):
     """Return 12 s of times [s], and the positions and velocities (n, 7) that are measured then."""
-    sensors, none = Sensors(0.001), np.zeros(7)
+    sensors, none = Sensors(), np.zeros(7)
     every = round(1000 / rate)
     q = motion(np.arange(12000) * 0.001, 0)
     samples = []

@@ -14,9 +14,7 @@ import pytest
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402, I100
-    DURATION, LimitedMotion, motion, series)
-from baxter_dynamics_ros.simulation.plan_file import (  # noqa: E402
-    write_plan, write_trajectory)
+    DURATION, LimitedMotion, motion, series, write_plan, write_trajectory)
 from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import MIRROR  # noqa: E402
 from tools import excitation_search  # noqa: E402

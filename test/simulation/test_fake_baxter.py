@@ -69,7 +69,7 @@ def test_hand_follows_the_papers_circle(side):
 
 
 def test_velocity_lags_position_by_13_and_a_half_milliseconds():
-    sensors, velocity, t = Sensors(0.001, noise=False), [], 0.001 * np.arange(4000)
+    sensors, velocity, t = Sensors(noise=False), [], 0.001 * np.arange(4000)
     for now in t:
         sensors.read(np.full(7, np.sin(3 * now)), np.zeros(7))
         velocity.append(sensors.publish()[1][0])
@@ -80,7 +80,7 @@ def test_velocity_lags_position_by_13_and_a_half_milliseconds():
 
 
 def test_noise_and_quanta_at_rest_are_those_measured():
-    sensors, rows = Sensors(0.001, seed=3), []
+    sensors, rows = Sensors(seed=3), []
     for _ in range(3000):
         for _ in range(10):
             sensors.read(np.full(7, 0.3), np.full(7, 2.0))
