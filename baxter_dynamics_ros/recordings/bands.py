@@ -8,7 +8,7 @@ from .evaluation_results import Band
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 
-INTERVALS = 1000  # maximum; then they are merged in pairs
+INTERVALS = 400  # maximum; then they are merged in pairs
 _FIRST_WIDTH = 0.01  # [s]
 
 

@@ -2,14 +2,13 @@
 
 from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullLocator
 import numpy as np
 
+from .calibration_tables import kind, term_name, unit_name
 from .drawing import (ALERT, FAINT, frame, INK, legend, MEASURED, MODEL, panels, Picture, SHADE,
                       svg, zero_line)
-from .number_text import change
-from .term_names import PER_JOINT, per_joint, term_name, unit_name
+from .page import change
 from ..calibration.calibration_results import Calibration
 from ..model.arrays import Array
 from ..model.effort import EffortModel
@@ -22,6 +21,8 @@ _EACH = '#6f9bc4'  # single recordings
 _SMALLER, _LARGER = '#bcd9ee', '#f0b79b'
 _WORSE = 1.005  # ratio of the residuals from which the change is shown in the alert color
 _SMALLEST = 1e-3  # lower end of the logarithmic scale [N m]
+# Terms of one parameter per joint, which is zero without the effect.
+_PER_JOINT = ('bias', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness')
 
 
 def gain_picture(calibration: Calibration) -> Picture:
@@ -37,14 +38,19 @@ def gain_picture(calibration: Calibration) -> Picture:
     axis.plot(before, rows, label='before', **_RING)
     axis.plot(after, rows, 'o', color=AFTER, markersize=7, label='after')
     axis.plot(each.ravel(), np.tile(rows, len(each)), '|', color=_EACH, markersize=8,
-              label='after, each ' + ('part' if calibration.by_time else 'recording'), zorder=1.9)
+              label=f'after, each {kind(calibration)}', zorder=1.9)
     for i in range(N_JOINTS):
         axis.text(1.02, i, change(before[i], after[i]), va='center',
                   transform=axis.get_yaxis_transform(),
                   color=INK if after[i] <= _WORSE * before[i] else ALERT)
+    low, high = min(before.min(), each.min()), max(before.max(), each.max())
+    middle = np.sqrt(low * high)
+    axis.set_xlim(min(0.8 * low, middle / 3), max(1.25 * high, 3 * middle))
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 200 * low else (1.0,)))
+    axis.xaxis.set_minor_locator(NullLocator())
+    axis.xaxis.set_major_formatter('{x:g}')
     axis.set_yticks(rows, JOINTS)
     axis.set_ylim(N_JOINTS - 0.5, -0.5)
-    _log_ticks(axis, np.concatenate([before, after, each.ravel()]))
     axis.grid(axis='y', visible=False)
     axis.tick_params(axis='y', length=0)
     axis.set_xlabel('RMS of the residual on left-out data [N m]', labelpad=2)
@@ -55,25 +61,25 @@ def gain_picture(calibration: Calibration) -> Picture:
 
 def parameters_picture(calibration: Calibration) -> 'Picture | None':
     """Draw the parameters fitted to joints, one panel per term; None if there are none."""
-    fits = {term: fitted for term in PER_JOINT if (fitted := per_joint(calibration, term))}
+    fits = {term: fits for term in _PER_JOINT if (fits := calibration.of_term(term))}
     if not fits:
         return None
-    figure, axes = panels((0.92,) * len(fits), left=0.62, bottom=0.28, gap=0.46, sharex=False)
+    figure, axes = panels((0.92,) * len(fits), gap=0.46, sharex=False)
     for axis, (term, fitted) in zip(axes, fits.items()):
-        joints, values = list(fitted), getattr(calibration.after.effort_model, term)
-        kept = [i for i in range(N_JOINTS) if i not in fitted]
-        axis.plot(joints, [one.before for one in fitted.values()], label='before', **_RING)
-        axis.errorbar(joints, [one.value for one in fitted.values()],
-                      yerr=[one.deviation for one in fitted.values()], fmt='o', color=AFTER,
+        joints = [one.joint for one in fitted]
+        axis.plot(joints, [one.before for one in fitted], label='before', **_RING)
+        axis.errorbar(joints, [one.value for one in fitted],
+                      yerr=[one.deviation for one in fitted], fmt='o', color=AFTER,
                       markersize=5.0, elinewidth=1.4, capsize=3.5, label='after, ± deviation')
+        values = getattr(calibration.after.effort_model, term)
+        kept = [i for i in range(N_JOINTS) if i not in joints]
         if kept:
             axis.plot(kept, [values[i] for i in kept], 'x', color=FAINT, markersize=5.0,
                       label='not fitted')
         zero_line(axis)
         axis.grid(axis='x', visible=False)
         axis.margins(y=0.12)
-        axis.set_title(f'{term_name(term)} [{unit_name(fitted[joints[0]].unit)}]', loc='left',
-                       pad=4)
+        axis.set_title(f'{term_name(term)} [{unit_name(fitted[0].unit)}]', loc='left', pad=4)
         axis.set_xticks(range(N_JOINTS), JOINTS)
         axis.set_xlim(-0.5, N_JOINTS - 0.5)
     legend(figure)
@@ -92,7 +98,7 @@ def spring_picture(calibration: Calibration) -> 'Picture | None':
     angle = np.linspace(lower, upper, 241)
     old, new = _spring_effort(before, angle), _spring_effort(after, angle)
     seen = (angle >= low) & (angle <= high)
-    figure, axes = panels((1.56, 0.8), left=0.62)
+    figure, axes = panels((1.56, 0.8))
     axes[0].plot(angle, old, color=BEFORE, linewidth=2.6, label='before')
     zero_line(axes[1])
     for axis, values, label in zip(axes, (new, new - old), ('effort [N m]', 'change [N m]')):
@@ -112,13 +118,3 @@ def _spring_effort(model: EffortModel, angle: Array) -> Array:
     q = np.zeros((len(angle), N_JOINTS))
     q[:, S1] = angle
     return model.spring(q)[:, S1] + model.bias[S1]
-
-
-def _log_ticks(axis: Axes, values: Array) -> None:
-    """Set the limits, and ticks at 1, 2 and 5 where there is room."""
-    middle = np.sqrt(values.min() * values.max())
-    low, high = min(0.8 * values.min(), middle / 3), max(1.25 * values.max(), middle * 3)
-    axis.set_xlim(low, high)
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 300 * low else (1.0,)))
-    axis.xaxis.set_minor_locator(NullLocator())
-    axis.xaxis.set_major_formatter(StrMethodFormatter('{x:g}'))

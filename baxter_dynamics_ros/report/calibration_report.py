@@ -1,39 +1,33 @@
-"""The calibration report: one page."""
+"""The calibration report: a page with findings, figures and tables."""
 
+import math
 from pathlib import Path
 import shlex
 
-from . import calibration_figures, calibration_tables
-from .calibration_findings import RULES
+import numpy as np
+
+from . import calibration_figures as figures, calibration_tables as tables
+from .calibration_tables import kind, MEANINGS, parameter_name, term_name, value_text
 from .drawing import styled
-from .findings import findings
-from .page import render
-from .term_names import MEANINGS, term_name
+from .page import change, findings, listed, number, plus_minus, render, torque
+from ..calibration.calibrate_robot import sweeps
 from ..calibration.calibration_results import Calibration
 from ..files import write_file
+from ..model.joints import JOINTS
+from ..recordings.data_check import USUAL_LAG
+
+_SAME = 0.005  # relative difference below which residuals are equal
+_WORSE = 0.02  # relative increase from which a single recording is called worse
+_FEW = 3  # recordings, below which one more helps much
+_NAMED = 5  # parameters that are named; the others are counted
 
 
 def write_calibration(path: str | Path, calibration: Calibration, command: str,
                       parameters: str | None = None) -> None:
     """
-    Write the report, whole or not at all.
+    Write the .html file, whole or not at all; raise BaxterDynamicsError if it cannot be written.
 
-    Parameters
-    ----------
-    path : Path
-        The .html file; replaced if it exists.
-    calibration : Calibration
-        Result of the calibration.
-    command : str
-        Command line.
-    parameters : str, optional
-        Name of the parameter file; by default that of the report, with the suffix .yaml.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If it cannot be written. Then an existing file is unchanged.
-
+    The name of the parameter file is by default that of the report, with the suffix .yaml.
     """
     path = Path(path)
     parameters = parameters or path.with_suffix('.yaml').name
@@ -42,9 +36,133 @@ def write_calibration(path: str | Path, calibration: Calibration, command: str,
     with styled():
         page = render(
             'calibration.html.j2', calibration=calibration, warnings=list(map(str, notices)),
-            findings=findings(RULES, calibration),
+            findings=findings(RULES, calibration), kind=kind(calibration),
             meanings={term_name(step.term): MEANINGS.get(step.term, '')
                       for step in calibration.steps[1:]},
-            figures=calibration_figures, tables=calibration_tables,
+            figures=figures, tables=tables,
             command=command, parameters=parameters, file=shlex.quote(parameters))
     write_file(path, page)
+
+
+def _gain(calibration: Calibration) -> str:
+    before, after = calibration.rms_before, calibration.rms_after
+    better, worse = after < (1 - _SAME) * before, after > (1 + _SAME) * before
+    changes = [f'{joint}\u00a0{change(*pair)}' for joint, *pair in zip(JOINTS, before, after)]
+    if better.all():
+        text = f'smaller at every joint: {", ".join(changes)}'
+    elif better.any():
+        text = f'smaller at {listed(better, changes)}, and not at {listed(~better, changes)}'
+    elif worse.any():
+        text = f'smaller at no joint: {", ".join(changes)}. Keep your present parameters'
+    else:
+        text = 'unchanged at every joint'
+    return f'On {kind(calibration)}s left out of the fit, the residual is {text}.'
+
+
+def _remaining(calibration: Calibration) -> str:
+    after = calibration.rms_after
+    most = int(after.argmax())
+    return (f'{JOINTS[most]} has the largest residual, {torque(after[most])} RMS; it was '
+            f'{torque(calibration.rms_before[most])}.')
+
+
+def _best_terms(calibration: Calibration) -> 'str | None':
+    rms = np.maximum([step.rms for step in calibration.steps], 1e-9)  # (steps, 7)
+    decrease = (1.0 - rms[1:] / rms[:-1]).mean(1)
+    best = [f'{term_name(calibration.steps[k + 1].term)} {100.0 * decrease[k]:.0f}\u00a0%'
+            for k in np.argsort(-decrease, kind='stable')[:3] if decrease[k] > _SAME]
+    return f'Mean decrease of the residual over the joints: {", ".join(best)}.' if best else None
+
+
+def _worse(calibration: Calibration) -> 'str | None':
+    judged = calibration.judged
+    ratio = np.array([one.after / np.maximum(one.before, 1e-9) for one in judged])  # (n, 7)
+    worse = ratio > 1 + _WORSE
+    if not worse.any():
+        return None
+    n, joint = np.unravel_index(np.argmax(np.where(worse, ratio, 0.0)), ratio.shape)
+    return (f'{worse.any(1).sum()} of {len(judged)} {kind(calibration)}s, at '
+            f'{listed(np.any(worse, axis=0))}; most {judged[n].name} at {JOINTS[joint]}: '
+            f'{number(judged[n].before[joint], 2)} before, {torque(judged[n].after[joint])} '
+            'after.')
+
+
+def _contact(calibration: Calibration) -> 'str | None':
+    if not calibration.contacts:
+        return None
+    joints = sorted({JOINTS.index(contact.joint) for contact in calibration.contacts})
+    errors = ', '.join(
+        f'{JOINTS[i]} {torque(calibration.rms_after[i])} without it and '
+        f'{torque(calibration.rms_with_contact[i])} with it' for i in joints)
+    return (f'{"; ".join(map(str, calibration.contacts))}. It is left out of the fit and of the '
+            f'errors on this page: {errors}.')
+
+
+def _trust(calibration: Calibration) -> str:
+    n = len(calibration.judged)
+    if calibration.by_time:
+        return (f'There is one recording. Each of its {n} parts was predicted by a fit to the '
+                'others. If the motion repeats, the parts are alike, and the result looks better '
+                'than it would on another motion.')
+    return (f'Each of {n} recordings was predicted by a fit to the other{"s" if n > 2 else ""}. '
+            'Expect these residuals for a new motion that differs from the recordings as much as '
+            'they differ from each other.')
+
+
+def _uncertain(calibration: Calibration) -> 'str | None':
+    loose = [f'{parameter_name(one)} ({value_text(one)})' for one in calibration.parameters
+             if one.term != 'inertial' and one.deviation > abs(one.value)]
+    if not loose:
+        return None
+    more = f' and {len(loose) - _NAMED} more' if len(loose) > _NAMED else ''
+    return (f'{", ".join(loose[:_NAMED])}{more}: the standard deviation is larger than the '
+            'value. Do not read these as properties of the robot.')
+
+
+def _record_next(calibration: Calibration) -> 'str | None':
+    wishes = []
+    if calibration.by_time or len(calibration.judged) < _FEW:
+        wishes.append('another recording of a different motion')
+    model = calibration.after.effort_model
+    lower, upper = model.spring_range
+    low, high = np.clip(calibration.s1_range, lower, upper)
+    if model.enabled and not sweeps(low, high, model):
+        wishes.append(f'a motion of s1 from {number(lower, 1)} to {number(upper, 1)} rad, for the '
+                      f'spring (now {number(low, 2)} to {number(high, 2)})')
+    if any(notice.kind in ('unidentifiable', 'still') for notice in calibration.notices):
+        wishes.append('a motion in which the joints named in the warnings move back and forth')
+    return f'Useful: {"; ".join(wishes)}. See the last command of this page.' if wishes else None
+
+
+def _lag(calibration: Calibration) -> str:
+    used = f'{number(1e3 * calibration.after.acceleration.velocity_lag, 1)}\u00a0ms'
+    lag = calibration.lag
+    if lag is None:
+        return (f'Not measured, because no joint moves or velocity is missing. Used: {used}.')
+    text = (f'{plus_minus(1e3 * lag.value, 1e3 * lag.uncertainty)}\u00a0ms measured, {used} used; '
+            f'{number(1e3 * USUAL_LAG, 0)}\u00a0ms are usual on Baxter.')
+    odd = np.abs(lag.per_joint - lag.value) > 0.003  # false where NaN
+    joints = [f'{joint} ({number(1e3 * value, 1)}\u00a0ms)'
+              for joint, value in zip(JOINTS, lag.per_joint)]
+    return text + (f' Different: {listed(odd, joints)}.' if odd.any() else '')
+
+
+def _tilt(calibration: Calibration) -> 'str | None':
+    fitted = {one.component: one for one in calibration.of_term('tilt')}
+    if not fitted:
+        return None
+    x, y, z = calibration.after.gravity
+    forward, left, total = (math.degrees(math.atan2(part, abs(z)))
+                            for part in (x, y, math.hypot(x, y)))
+    sigma = [math.degrees(fitted[axis].deviation / math.hypot(x, y, z)) for axis in 'xy']
+    return (f'{number(total, 1)}°: {number(abs(forward), 1)} ± {number(sigma[0], 1)}° '
+            f'{"forward" if forward >= 0 else "backward"} and '
+            f'{number(abs(left), 1)} ± {number(sigma[1], 1)}° to the '
+            f'{"left" if left >= 0 else "right"}.')
+
+
+RULES = {
+    'Improvement': _gain, 'Remaining residual': _remaining, 'Best terms': _best_terms,
+    'Worse than before': _worse, 'Contact': _contact, 'Cross-validation': _trust,
+    'Uncertain parameters': _uncertain, 'Velocity lag': _lag, 'Tilt of the base': _tilt,
+    'Record next': _record_next}

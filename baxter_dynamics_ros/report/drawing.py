@@ -9,8 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 import matplotlib.style
-from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import blended_transform_factory
 import numpy as np
 
 from ..model.arrays import Array
@@ -18,6 +16,7 @@ from ..model.effort import BAND
 from ..recordings.evaluation_results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
+_TOP, _BOTTOM = 0.34, 0.44  # margins of a figure [in]
 _ROOM = 1.5  # height of a panel with the expected range, relative to that of the residuals
 _SMALLEST = 0.005  # least half height of a panel [N m]: the resolution of effort
 _GAP = 0.25  # time without samples that is shown as a gap; shorter is a low rate [s]
@@ -66,83 +65,47 @@ class Picture(NamedTuple):
     svg: bytes
 
 
-class Stroke(NamedTuple):
-    """Style of a signal's line."""
-
-    label: str
-    color: str
-    width: float = 1.1  # [pt]
-
-
-def panels(heights: tuple[float, ...], title: str = '', left: float = 0.74, right: float = 0.14,
-           bottom: float = 0.44, gap: float = 0.28, sharex: bool = True
-           ) -> tuple[Figure, list[Axes]]:
-    """
-    Return a figure and its panels, one above the other; all sizes in inches.
-
-    Parameters
-    ----------
-    heights : tuple of float
-        Height of each panel.
-    title : str
-        Title at the top left, beside which there is room for a legend.
-    left, right, bottom, gap : float
-        Margins, and the space between panels.
-    sharex : bool
-        Whether panels have the same x axis.
-
-    """
-    top = 0.34
-    height = top + sum(heights) + gap * (len(heights) - 1) + bottom
+def panels(heights: tuple[float, ...], title: str = '', left: float = 0.7, right: float = 0.14,
+           gap: float = 0.28, sharex: bool = True) -> tuple[Figure, list[Axes]]:
+    """Return a figure and its panels, one above the other; all sizes in inches."""
+    height = _TOP + sum(heights) + gap * (len(heights) - 1) + _BOTTOM
     figure = Figure(figsize=(WIDTH, height))
     figure.text(0.012, 1.0 - 0.05 / height, title, va='top', fontsize=13, fontweight='bold')
-    axes = figure.subplots(len(heights), sharex=sharex, squeeze=False, gridspec_kw={
-        'height_ratios': heights, 'hspace': gap * len(heights) / sum(heights),
-        'left': left / WIDTH, 'right': 1.0 - right / WIDTH, 'bottom': bottom / height,
-        'top': 1.0 - top / height})[:, 0].tolist()
-    for axis in axes:
-        axis.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-        axis.yaxis.set_label_coords(0.14 / WIDTH, 0.5, transform=blended_transform_factory(
-            figure.transFigure, axis.transAxes))
-    return figure, axes
+    figure.subplots_adjust(left / WIDTH, _BOTTOM / height, 1.0 - right / WIDTH,
+                           1.0 - _TOP / height, hspace=gap * len(heights) / sum(heights))
+    axes = figure.subplots(len(heights), sharex=sharex, squeeze=False, height_ratios=heights)
+    for axis in axes.flat:
+        axis.locator_params(axis='y', nbins=5, steps=[1, 2, 5, 10])
+    return figure, axes[:, 0].tolist()
 
 
 def legend(figure: Figure) -> None:
-    """Put one legend of all panels above them."""
+    """Put one legend of all panels above them, at the right."""
     entries: dict[str, Any] = {}
     for axis in figure.axes:
         for handle, label in zip(*axis.get_legend_handles_labels()):
             entries.setdefault(label, handle)
-    shown = figure.legend(
-        list(entries.values()), list(entries), loc='upper right', frameon=False,
-        ncols=max(len(entries), 1), handlelength=1.3, handletextpad=0.5, columnspacing=1.2,
-        borderaxespad=0.15)
-    for line in shown.get_lines():
-        line.set_linewidth(max(line.get_linewidth(), 1.8))
+    figure.legend(list(entries.values()), list(entries), loc='upper right', frameon=False,
+                  ncols=len(entries), handlelength=1.3, handletextpad=0.5, columnspacing=1.2,
+                  borderaxespad=0.15)
 
 
-def draw_band(axis: Axes, time: Array, band: Band, joint: int, stroke: Stroke,
-              intervals: int) -> None:
+def draw_band(axis: Axes, time: Array, band: Band, joint: int, label: str, color: str,
+              width: float = 1.1) -> None:
     """Draw one joint of a signal: its range, and a line through the middle, broken at gaps."""
-    time, low, high = _merged(*_bridged(time, band.low[:, joint], band.high[:, joint]), intervals)
-    middle = 0.5 * (low + high)
-    if (high > low).any():  # false where NaN
-        axis.fill_between(time, low, high, color=stroke.color, alpha=0.5, linewidth=0.0)
-    axis.plot(time, middle, color=stroke.color, linewidth=stroke.width, label=stroke.label)
-    there = np.pad(np.isfinite(middle), 1)
-    alone = there[1:-1] & ~there[:-2] & ~there[2:]  # between two gaps, where no line shows it
-    axis.plot(time[alone], middle[alone], '.', color=stroke.color, markersize=stroke.width + 1.0)
+    time, low, high = _broken(time, band.low[:, joint], band.high[:, joint])
+    axis.fill_between(time, low, high, color=color, alpha=0.5, linewidth=0.0)
+    axis.plot(time, 0.5 * (low + high), color=color, linewidth=width, label=label)
 
 
-def draw_expected(axis: Axes, time: Array, deviation: Array, intervals: int) -> None:
+def draw_expected(axis: Axes, time: Array, deviation: Array) -> None:
     """
     Shade the range in which 95 % of the residuals are expected, behind those drawn already.
 
     The deviation (n,) [N m] may be zero, if it is not known, or NaN. The range does not dwarf the
     residuals: it may reach beyond the panel.
     """
-    time, _, deviation = _merged(*_bridged(time, deviation, deviation), intervals)
-    limit = BAND * deviation
+    time, limit, _ = _broken(time, BAND * deviation, deviation)
     if (limit > 0.0).any():  # false where NaN
         lower, upper = axis.get_ylim()
         axis.fill_between(time, -limit, limit, color=SHADE, linewidth=0.0, zorder=0.5,
@@ -157,8 +120,6 @@ def frame(axis: Axes, label: str, limits: tuple[float, float] | None = None) -> 
     lower, upper = limits or axis.get_ylim()
     middle, half = 0.5 * (lower + upper), max(0.5 * (upper - lower), _SMALLEST)
     axis.set_ylim(middle - half, middle + half)
-    if not any(np.isfinite(line.get_ydata()).any() for line in axis.lines):
-        axis.text(0.5, 0.5, 'no samples', transform=axis.transAxes, ha='center', color=FAINT)
 
 
 def zero_line(axis: Axes) -> None:
@@ -168,6 +129,7 @@ def zero_line(axis: Axes) -> None:
 
 def svg(figure: Figure) -> bytes:
     """Return the figure as SVG that refers to nothing outside and follows the dark mode."""
+    figure.align_ylabels()
     buffer = io.StringIO()
     FigureCanvasSVG(figure).print_svg(
         buffer, metadata=dict.fromkeys(('Date', 'Creator', 'Format', 'Type')))
@@ -176,40 +138,22 @@ def svg(figure: Figure) -> bytes:
     # Lines keep their width when the figure is enlarged.
     text = text.replace('stroke-linecap: butt}', 'stroke-linecap: butt; '
                         'vector-effect: non-scaling-stroke}', 1)
-    text = text.replace('</style>', _dark_style(text) + '</style>', 1)
-    return re.sub(r'(?<= d=")[^"]*', _compact, text).encode('utf-8')
+    rules = '\n'.join(f'[style*="{name}: {light}"] {{{name}: {dark} !important}}'
+                      for light, dark in _DARK.items() for name in ('fill', 'stroke')
+                      if f'{name}: {light}' in text)
+    text = text.replace(
+        '</style>', f'@media (prefers-color-scheme: dark) {{{rules}}}</style>', 1)
+    return re.sub(r'(?<= d=")[^"]*', _rounded, text).encode('utf-8')
 
 
-def _dark_style(text: str) -> str:
-    rules = [f'[style*="{name}: {light}"] {{{name}: {dark} !important}}'
-             for light, dark in _DARK.items() for name in ('fill', 'stroke')
-             if f'{name}: {light}' in text]
-    return '@media (prefers-color-scheme: dark) {' + '\n'.join(rules) + '}'
-
-
-def _compact(path: re.Match[str]) -> str:
+def _rounded(path: re.Match[str]) -> str:
     """Return an SVG path with two decimals of a point instead of six, and fewer spaces."""
-    numbers = re.sub(r'-?\d+\.\d{3,}', lambda match: f'{float(match[0]):.2f}', path[0])
-    return re.sub(r'\s+(?=[MLQCz])', '', numbers.strip())
+    numbers = re.sub(r'\d+\.\d{3,}', lambda number: f'{float(number[0]):.2f}', path[0])
+    return re.sub(r'\s+(?=[MLQCz])', '', numbers)
 
 
-def _bridged(time: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
-    """Return the intervals with samples, and those of gaps."""
-    filled = np.flatnonzero(np.isfinite(low))
-    after = np.searchsorted(filled, np.arange(len(time)))  # the next filled interval
-    inside = np.flatnonzero((after > 0) & (after < len(filled)))
-    empty = np.zeros(len(time))  # time between the filled intervals before and after [s]
-    empty[inside] = time[filled[after[inside]]] - time[filled[after[inside] - 1]]
-    keep = np.isfinite(low) | (empty > _GAP)
-    return time[keep], low[keep], high[keep]
-
-
-def _merged(time: Array, low: Array, high: Array, intervals: int) -> tuple[Array, Array, Array]:
-    """Return neighbors merged to a maximum number of intervals."""
-    each = -(-len(time) // intervals)
-    if each <= 1:
-        return time, low, high
-    start = np.arange(0, len(time), each)
-    # fmin and fmax: an interval is empty only if all that it is merged from are.
-    return (np.add.reduceat(time, start) / np.diff(np.append(start, len(time))),
-            np.fmin.reduceat(low, start), np.fmax.reduceat(high, start))
+def _broken(time: Array, low: Array, high: Array) -> tuple[Array, ...]:
+    """Return the samples (n,) of a signal, with NaN where there are none for a while."""
+    there = np.flatnonzero(np.isfinite(low))
+    gaps = 1 + np.flatnonzero((np.diff(there) > 1) & (np.diff(time[there]) > _GAP))
+    return tuple(np.insert(values[there], gaps, np.nan) for values in (time, low, high))

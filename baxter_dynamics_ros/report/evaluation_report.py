@@ -1,20 +1,26 @@
-"""The evaluation report: a page, its figures as files, and its numbers."""
+"""The evaluation report: a page with figures and tables, the figures as files, and its numbers."""
 
 from collections.abc import Sequence
 from pathlib import Path
 import re
 
-from . import evaluation_tables
-from .drawing import styled
-from .evaluation_figures import COARSE, effort_picture, FINE, methods_of
-from .evaluation_findings import RULES
-from .findings import findings
-from .page import render
-from .summary import summary_csv, summary_json
+import numpy as np
+
+from .drawing import (draw_band, draw_expected, frame, legend, MEASURED, MODEL, panels, Picture,
+                      styled, svg, zero_line)
+from .page import Column, findings, listed, render, Table, torque
+from .summary import NOTHING, summary_csv, summary_json
 from ..files import write_files
+from ..model.arrays import Array
+from ..model.effort import BAND
 from ..model.joints import JOINTS
+from ..model.paper_tables import TABLE_V, TABLE_V_SUM
 from ..recordings.advice import Assessment
-from ..recordings.evaluation_results import Evaluation, Statistics
+from ..recordings.data_check import DataCheck
+from ..recordings.evaluation_results import Evaluation, METHODS, Statistics
+
+ESTIMATOR_NAMES = {'first_difference': 'first difference', 'butterworth_live': 'live',
+                   'butterworth_aligned': 'aligned'}
 
 
 def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
@@ -23,53 +29,139 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
     """
     Write summary.csv and summary.json; then draw and write figures/*.svg and report.html.
 
-    Parameters
-    ----------
-    folder : Path
-        Created if missing; other files in it stay.
-    evaluations : sequence of Evaluation
-        At least one, each of one recording.
-    total : Statistics
-        Statistics over all recordings.
-    assessment : Assessment
-        Verdict, and what to do next.
-    command : str
-        Command line.
-    parameters : str
-        Name of the parameter file, or 'defaults of the package'.
-
-    Raises
-    ------
-    BaxterDynamicsError
-        If a file cannot be written.
-
+    The folder is created if missing, and other files in it stay. There is at least one evaluation;
+    the total is over all of them. Raise BaxterDynamicsError if a file cannot be written.
     """
     write_files(folder, {
         'summary.json': summary_json(evaluations, total, assessment, command, parameters),
         # The byte order mark tells spreadsheets that the file is UTF-8.
         'summary.csv': '\ufeff' + summary_csv(evaluations)})
     with styled():
-        # The first recording, which is unfolded, is drawn more finely.
-        pictures = [[
-            effort_picture(f'{i:02d}_{_file_name(evaluation.name)}_effort_{joint}', evaluation, k,
-                           FINE if i == 1 else COARSE)
-            for k, joint in enumerate(JOINTS) if evaluation.shares]
-            for i, evaluation in enumerate(evaluations, 1)]
+        pictures = [[effort_picture(f'{i:02d}_{_file_name(one.name)}_effort_{joint}', one, k)
+                     for k, joint in enumerate(JOINTS) if one.shares]
+                    for i, one in enumerate(evaluations, 1)]
+    several = len(evaluations) > 1
+    both = [total.methods.get(method, NOTHING).rms for method in METHODS]
     page = render(
         'evaluation.html.j2', evaluations=evaluations, pictures=pictures, total=total,
-        assessment=assessment, findings=findings(RULES, total),
-        notices=_notices(evaluations), several=len(evaluations) > 1,
+        assessment=assessment, findings=findings(RULES, total), several=several,
+        notices=[f'{one.name}: {notice}' if several else str(notice)
+                 for one in evaluations for notice in one.notices],
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
-        tables=evaluation_tables, methods=methods_of(total), command=command,
-        parameters=parameters)
+        agree=np.allclose(*both, rtol=0.0, atol=1e-9), size_table=size_table,
+        recordings_table=recordings_table, check_table=check_table, table_five=table_five,
+        terms_table=terms_table, estimators_table=estimators_table,
+        command=command, parameters=parameters)
     figures = {f'figures/{picture.name}.svg': picture.svg for picture in sum(pictures, [])}
     write_files(folder, {**figures, 'report.html': page})
 
 
-def _notices(evaluations: Sequence[Evaluation]) -> list[str]:
-    """Return the warnings of all recordings, with the recording's name if there are several."""
-    return [f'{evaluation.name}: {notice}' if len(evaluations) > 1 else str(notice)
-            for evaluation in evaluations for notice in evaluation.notices]
+def effort_picture(name: str, evaluation: Evaluation, joint: int) -> Picture:
+    """Draw measured and predicted effort, and the error; the prediction alone without effort."""
+    time, bands = evaluation.time, evaluation.bands
+    errors = evaluation.methods.get('lagrange_euler')
+    figure, axes = panels((1.75, 1.05) if errors else (1.75,), JOINTS[joint])
+    what = 'predicted'
+    if errors:
+        rms = f'RMS {errors.rms[joint]:.3f} N m'
+        what = f'measured and predicted, and their difference, {rms}'
+        draw_band(axes[0], time, bands['measured'], joint, 'measured', MEASURED, 1.8)
+        draw_band(axes[1], time, bands['error_lagrange_euler'], joint, 'Lagrange-Euler', MODEL)
+        draw_expected(axes[1], time, bands['deviation'].high[:, joint])
+        zero_line(axes[1])
+        axes[1].set_title(f'measured − predicted, {rms}', loc='left', pad=4)
+        frame(axes[1], 'error [N m]')
+    draw_band(axes[0], time, bands['lagrange_euler'], joint, 'Lagrange-Euler', MODEL)
+    frame(axes[0], 'effort [N m]')
+    axes[-1].set_xlim(0.0, max(time[-1] + time[0], 1e-3))  # middles of the intervals
+    axes[-1].set_xlabel('time [s]', labelpad=2)
+    legend(figure)
+    return Picture(name, f'Effort at {JOINTS[joint]} over time: {what}', svg(figure))
+
+
+def size_table(of: Statistics) -> Table:
+    """Return size of the error, expected size, and correlation."""
+    errors = of.methods['lagrange_euler']
+    columns = [Column('RMS', errors.rms, whole=errors.rms.max()),
+               Column('mean |e|', errors.mean_abs), Column('correlation', errors.correlation)]
+    if of.expected is not None:
+        columns += [Column('expected deviation', of.expected.deviation),
+                    Column('within ±1.96 of it [%]', 100.0 * of.expected.coverage, digits=0)]
+    return Table('Error e = measured − predicted effort [N m]', 'joint', JOINTS, columns)
+
+
+def table_five(of: Statistics) -> Table:
+    """Return the paper's Table V for these recordings, beside the paper's columns."""
+    mean = of.methods['lagrange_euler'].signed_mean
+    columns = [Column('e', np.abs(mean), 'here', 4, foot=float(mean.sum()))]
+    columns += [Column(label, np.array(TABLE_V[method][i]), f'paper, set {i + 1}', 4,
+                       foot=TABLE_V_SUM[method][i]) for i in range(3)
+                for method, label in (('lagrange_euler', 'L-E'), ('newton_euler', 'RN-E'))]
+    return Table('|signed mean| of e [N m]; last row: sum of the signed means', 'joint', JOINTS,
+                 columns, 'sum')
+
+
+def terms_table(shares: dict[str, Array]) -> Table:
+    """Return the RMS of each term of the predicted effort."""
+    greatest = np.max([*shares.values()], axis=0)  # (7,)
+    return Table('RMS of each term [N m]; bars compare the terms of a joint', 'joint', JOINTS,
+                 [Column('Coriolis' if term == 'coriolis' else term, rms, whole=greatest)
+                  for term, rms in shares.items()])
+
+
+def estimators_table(of: Statistics) -> Table:
+    """Return the RMS error with each acceleration estimator."""
+    greatest = np.max([errors.rms for errors in of.estimators.values()], axis=0)  # (7,)
+    return Table('RMS of e [N m] by acceleration; bars compare those of a joint', 'joint', JOINTS,
+                 [Column(ESTIMATOR_NAMES[name], errors.rms, whole=greatest)
+                  for name, errors in of.estimators.items()])
+
+
+def check_table(check: DataCheck) -> Table:
+    """Return the gains of measured on predicted effort, and their correlation."""
+    columns = {'gain': check.gain, 'correlation': check.correlation}
+    for name, gain in (('M q̈ + C q̇', check.inertial), ('G', check.gravity),
+                       ('the spring', check.spring)):
+        columns[f'on {name}'] = np.where(gain.known, gain.value, np.nan)
+    return Table('Measured over predicted effort without friction and bias: gain, correlation, '
+                 'and gain on single terms; – where the motion does not show it', 'joint', JOINTS,
+                 [Column(label, values, digits=2) for label, values in columns.items()])
+
+
+def recordings_table(evaluations: Sequence[Evaluation]) -> Table:
+    """Return the RMS error of each recording."""
+    rms = np.array([evaluation.methods.get('lagrange_euler', NOTHING).rms
+                    for evaluation in evaluations])  # (n, 7)
+    return Table('RMS of e per recording [N m]; bars compare the recordings', 'recording',
+                 [evaluation.name for evaluation in evaluations],
+                 [Column('time [s]', np.array([e.duration for e in evaluations]), digits=1),
+                  *(Column(joint, column, whole=float(np.fmax.reduce(column)))
+                    for joint, column in zip(JOINTS, rms.T))], address='#recording-')
+
+
+def _offset(of: Statistics) -> 'str | None':
+    errors = of.methods.get('lagrange_euler')
+    if errors is None:
+        return None
+    mostly = errors.signed_mean ** 2 > 0.5 * errors.rms ** 2
+    if of.expected is not None:
+        mostly &= np.abs(errors.signed_mean) > BAND * of.expected.deviation
+    if not mostly.any():
+        return None
+    offsets = [f'{joint} ({torque(value)})' for joint, value in zip(JOINTS, errors.signed_mean)]
+    return ('More than half of the mean square error is a constant offset at '
+            f'{listed(mostly, offsets)}. Possible causes: a bias of the measured effort, a load '
+            'that is not modelled, a tilted base.')
+
+
+def _beyond_the_terms(of: Statistics) -> 'str | None':
+    errors = of.methods.get('lagrange_euler')
+    if errors is None or not (beyond := errors.rms > np.max([*of.shares.values()], axis=0)).any():
+        return None
+    return f'The error is larger than every term of the model at {listed(beyond)}.'
+
+
+RULES = {'Offset': _offset, 'Not in the model': _beyond_the_terms}
 
 
 def _file_name(name: str) -> str:

@@ -23,25 +23,10 @@ _CSV_HEADER = ('recording', 'topic', 'arm', 'method', 'joint', 'samples', 'rms [
 
 def summary_json(evaluations: Sequence[Evaluation], total: Statistics,
                  assessment: Assessment, command: str, parameters: str) -> str:
-    """
-    Return the statistics over all recordings and of each; null where there is no number.
-
-    Parameters
-    ----------
-    evaluations : sequence of Evaluation
-        One per recording.
-    total : Statistics
-        Statistics over all of them.
-    assessment : Assessment
-        Verdict, and what to do next.
-    command, parameters : str
-        Command line and parameter file.
-
-    """
+    """Return the statistics over all recordings and of each; null where there is no number."""
     return json.dumps(_plain({
         'version': __version__, 'command': command, 'parameters': parameters, 'joints': JOINTS,
-        'unit': 'N m', 'arm': total.arm, 'verdict': assessment.verdict,
-        'advice': assessment.advice, **_statistics(total),
+        'unit': 'N m', 'arm': total.arm, **assessment._asdict(), **_statistics(total),
         'recordings': [{
             **{name: getattr(evaluation, name) for name in (
                 'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'warnings', 'contacts')},
@@ -59,11 +44,10 @@ def summary_csv(evaluations: Sequence[Evaluation]) -> str:
     writer.writerow(_CSV_HEADER)
     for evaluation in evaluations:
         for method in METHODS:
-            errors = evaluation.methods.get(method, NOTHING)
-            for i, joint in enumerate(JOINTS):
-                writer.writerow([
-                    _cell(evaluation.name), _cell(evaluation.topic), evaluation.arm, method,
-                    joint, errors.count, *(_plain(column[i]) for column in errors[1:])])
+            count, *columns = _plain(evaluation.methods.get(method, NOTHING)).values()
+            writer.writerows(
+                (evaluation.name, evaluation.topic, evaluation.arm, method, joint, count, *row)
+                for joint, *row in zip(JOINTS, *columns))
     return buffer.getvalue()
 
 
@@ -75,20 +59,13 @@ def _statistics(of: Statistics) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return data as JSON has it: lists, null for NaN, and text that UTF-8 can hold."""
+    """Return data as JSON has it: objects, lists, and null for NaN."""
     if hasattr(value, '_asdict'):
         value = value._asdict()
     if isinstance(value, Mapping):
         return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
         return [_plain(each) for each in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value.encode('utf-8', 'replace').decode('utf-8') if isinstance(value, str) else value
-
-
-def _cell(text: str) -> str:
-    """Return text that no spreadsheet takes for a formula."""
-    return "'" + text if text.startswith(('=', '+', '-', '@', '\t', '\r')) else text
+    return None if isinstance(value, float) and not math.isfinite(value) else value

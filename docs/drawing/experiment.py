@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from baxter_dynamics_ros import JOINTS
 from baxter_dynamics_ros.report.drawing import draw_band, FAINT, frame, zero_line
-from baxter_dynamics_ros.report.evaluation_figures import STROKES
 from baxter_dynamics_ros.simulation.trajectories import PERIODS
 from matplotlib.figure import Figure
 import numpy as np
@@ -12,8 +11,10 @@ import numpy as np
 from .sheet import drawn, legend, MODEL, OTHER, panels, TRUE, WRONG
 from .table_five import evaluation, rows, SETS
 
-_INTERVALS = 1000  # maximum per line
 _SHOWN = 3  # periods
+# Label, color and width of each signal; lightness differs as well.
+_SIGNALS = {'newton_euler': ('Newton-Euler', '#a5cdea', 4.0), 'measured': ('measured', OTHER, 1.8),
+            'lagrange_euler': ('Lagrange-Euler', MODEL)}
 _LEAST = 1e-5  # smaller values are drawn there [N m]
 _DOT, _DASH = {'markersize': 5.5}, {'marker': '_', 'markersize': 13.0, 'markeredgewidth': 2.5}
 _MARKS = {
@@ -33,11 +34,10 @@ def circle() -> Figure:
     found = evaluation('circle', False)
     figure, axes = panels(len(JOINTS), 2, 9.0, sharex=True)
     for joint, (left, right) in enumerate(axes):
-        for signal, stroke in STROKES.items():
-            draw_band(left, found.time, found.bands[signal], joint, stroke, _INTERVALS)
+        for signal, style in _SIGNALS.items():
+            draw_band(left, found.time, found.bands[signal], joint, *style)
             if signal != 'measured':
-                draw_band(right, found.time, found.bands['error_' + signal], joint, stroke,
-                          _INTERVALS)
+                draw_band(right, found.time, found.bands['error_' + signal], joint, *style)
         zero_line(right)
         rms = found.methods['lagrange_euler'].rms[joint]
         right.set_title(f'RMS {rms:.3f} N m', loc='right', pad=2, color=FAINT, fontsize=9)

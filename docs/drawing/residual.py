@@ -67,7 +67,7 @@ def band() -> Figure:
         time, residual, qd, qdd = (values[::2] for values in _run(case))
         deviation = settings.model.effort_model.deviation_at(qd, qdd)
         axis.plot(time, residual[:, joint], color=MODEL, lw=1.2, label='residual of e1')
-        draw_expected(axis, time, deviation[:, joint], len(time))
+        draw_expected(axis, time, deviation[:, joint])
         zero_line(axis)
         axis.axvspan(2.0, 4.0, ymax=0.04, color=WRONG, label='push of 8 N')
         axis.set(ylabel='e1 [N m]', xlim=(0.0, DURATION))
