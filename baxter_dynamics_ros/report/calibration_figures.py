@@ -66,7 +66,7 @@ def parameters_picture(calibration: Calibration) -> 'Picture | None':
         return None
     figure, axes = panels((0.92,) * len(fits), gap=0.46, sharex=False)
     for axis, (term, fitted) in zip(axes, fits.items()):
-        joints = [one.joint for one in fitted]
+        joints = [one.joint for one in fitted if one.joint is not None]
         axis.plot(joints, [one.before for one in fitted], label='before', **_RING)
         axis.errorbar(joints, [one.value for one in fitted],
                       yerr=[one.deviation for one in fitted], fmt='o', color=AFTER,

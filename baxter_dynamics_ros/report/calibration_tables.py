@@ -3,8 +3,7 @@
 import numpy as np
 
 from .page import change, Column, decimals, number, plus_minus, Table
-from ..calibration.calibration_results import Calibration
-from ..calibration.calibration_results import Fitted
+from ..calibration.calibration_results import Calibration, Fitted
 from ..model.joints import JOINTS
 
 MEANINGS = {

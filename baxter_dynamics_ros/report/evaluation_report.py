@@ -48,7 +48,7 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
         notices=[f'{one.name}: {notice}' if several else str(notice)
                  for one in evaluations for notice in one.notices],
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
-        agree=np.allclose(*both, rtol=0.0, atol=1e-9), size_table=size_table,
+        agree=np.allclose(both[0], both[1], rtol=0.0, atol=1e-9), size_table=size_table,
         recordings_table=recordings_table, check_table=check_table, table_five=table_five,
         terms_table=terms_table, estimators_table=estimators_table,
         command=command, parameters=parameters)

@@ -65,7 +65,7 @@ class Column(NamedTuple):
     values: Array | Sequence[str]  # (n,)
     group: str = ''  # heading shared with neighbors
     digits: int = 3
-    whole: 'Array | float | None' = None  # (n,) or for all: value of a bar of full length
+    whole: Any = None  # value of a bar of full length, for all or (n,); None: no bars
     foot: 'float | None' = None  # value in the last row
 
     def text(self, index: int) -> str:

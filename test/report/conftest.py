@@ -7,8 +7,7 @@ from baxter_dynamics_ros.calibration.calibration_results import (Calibration, Fi
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
-                                                               Evaluation, METHODS, Statistics,
-                                                               TERMS)
+                                                               Evaluation, METHODS, TERMS)
 from baxter_dynamics_ros.recordings.notices import Notice
 from baxter_dynamics_ros.recordings.velocity_lag import Lag
 import numpy as np
@@ -17,15 +16,17 @@ from report.pages import HOSTILE
 
 AMPLITUDE = np.array([5.0, 20.0, 3.0, 8.0, 0.5, 0.6, 0.1])  # of the measured effort [N m]
 OFFSET = np.array([0.5, -0.25, 0.125, 0.01, -0.02, 0.03, 0.08])  # of the error [N m]
-PERIOD = 0.02  # [s]
-GAP = slice(400, 450)  # samples that are missing: 1 s
+PERIOD = 0.08  # [s]
+N = 250  # samples: 20 s
+GAP = slice(100, 113)  # samples that are missing: 1 s
 
 BEFORE = np.array([1.0, 2.0, 0.8, 0.5, 0.2, 0.4, 0.1])  # RMS before a calibration [N m]
+ALL = tuple(range(7))
 
 
 @pytest.fixture(scope='session')
 def evaluate():
-    """Return a function that makes what would be found about n samples, one an interval."""
+    """Return a function that makes what would be found about N samples, one an interval."""
     return _evaluate
 
 
@@ -41,11 +42,11 @@ def too_short():
 @pytest.fixture(scope='session')
 def calibration():
     """Return a calibration from two recordings, 30 s and 10 s long."""
-    steps = [Selection('', (), BEFORE),
-             Selection('bias', tuple(range(7)), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
-             Selection('viscous', (), BEFORE * [0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5]),
-             Selection('dahl', (0, 1), BEFORE * [0.4, 0.3, 0.5, 0.5, 0.5, 0.5, 0.5]),
-             Selection('tilt', tuple(range(7)), BEFORE * [0.5, 0.4, 0.5, 0.5, 0.5, 0.5, 0.5])]
+    half = np.array([0.5, 1.1, 0.5, 0.5, 0.5, 0.5, 0.5])
+    steps = [Selection('', (), BEFORE), Selection('bias', ALL, BEFORE * half),
+             Selection('viscous', (), BEFORE * half),
+             Selection('dahl', (0, 1), BEFORE * [0.4, 0.3, *half[2:]]),
+             Selection('tilt', ALL, BEFORE * [0.5, 0.4, *half[2:]])]
     changes = {'effort_model.bias': (0.5, -0.25, 0.125, 0.0, 0.0, 0.0, 0.0625),
                'effort_model.dahl': (0.3, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0),
                'effort_model.dahl_length': 0.05, 'gravity': (0.171, -0.0856, -9.808)}
@@ -69,16 +70,7 @@ def calibration():
 
 
 @pytest.fixture(scope='session')
-def links():
-    """Return the fitted parameters of the links."""
-    return [Fitted('inertial', link, name, unit, before, before + 0.25, 0.05)
-            for link in range(7)
-            for name, unit, before in (('mass', 'kg', 4.0), ('moment x', 'kg m', 0.5),
-                                       ('moment y', 'kg m', 0.0), ('moment z', 'kg m', -0.5))]
-
-
-@pytest.fixture(scope='session')
-def calibration_page(calibration, links, tmp_path_factory):
+def calibration_page(calibration, tmp_path_factory):
     """Return the path of a report with everything, written over an old file."""
     from baxter_dynamics_ros.report.calibration_report import write_calibration
     path = tmp_path_factory.mktemp('calibration') / 'my robot.html'
@@ -89,6 +81,10 @@ def calibration_page(calibration, links, tmp_path_factory):
     notices = [Notice('repeated_stamp', '3 x repeated_stamp: <look>', recording=name)
                for name in names[:20]]
     notices += [Notice('spring_shape', 's1 sweeps'), Notice('still', 'w2: never moves')]
+    links = [Fitted('inertial', link, name, unit, before, before + 0.25, 0.05)
+             for link in range(7)
+             for name, unit, before in (('mass', 'kg', 4.0), ('moment x', 'kg m', 0.5),
+                                        ('moment y', 'kg m', 0.0), ('moment z', 'kg m', -0.5))]
     write_calibration(path, replace(
         calibration, judged=judged, notices=tuple(notices),
         parameters=[*calibration.parameters, *links]), f'calibrate {HOSTILE}')
@@ -103,32 +99,30 @@ def evaluation_folder(evaluate, too_short, tmp_path_factory):
     (folder / 'notes.txt').write_text('mine')
     (folder / 'report.html').write_text('old')
     first = evaluate(HOSTILE, warnings=['stamps <look> like times of arrival'])
-    total = Statistics('right', first.methods, first.estimators, first.shares, None)
     advice = Advice('calibrate', 'Calibrate:',
                     'baxter_dynamics calibrate "a&b" ' + 9 * 'a_long_path/')
     assessment = Assessment(Verdict('uncalibrated', 'Larger than <calibrated>.'), (advice,))
-    write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], total,
+    write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], first,
                      assessment, 'evaluate "a&b" <c>', 'my.yaml')
     return folder
 
 
-def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0):
-    time = (np.arange(n) + 0.5) * PERIOD
+def _evaluate(name='run', effort=True, warnings=(), empty=GAP):
+    time = (np.arange(N) + 0.5) * PERIOD
     measured = AMPLITUDE * np.sin(np.outer(time, np.linspace(1.0, 2.0, 7)))
     measured[:, 6] = 0.1  # so that it has no correlation
     error = OFFSET + 0.2 * np.sin(np.outer(time, np.linspace(5.0, 9.0, 7)))
     noise = np.random.default_rng(3).normal(0.0, 3.0, error.shape)
-    errors = {'lagrange_euler': error, 'newton_euler': error + apart,
-              'first_difference': error + noise, 'butterworth_live': 1.1 * error,
-              'butterworth_aligned': error}
+    errors = {'lagrange_euler': error, 'newton_euler': error, 'first_difference': error + noise,
+              'butterworth_live': 1.1 * error, 'butterworth_aligned': error}
     signals = {'measured': measured, **{method: measured - errors[method] for method in METHODS},
                **{'error_' + name: values for name, values in errors.items()}}
-    bands = {'deviation': Band(*2 * [np.full((n, 7), 0.25)])}
+    bands = {'deviation': Band(*2 * [np.full((N, 7), 0.25)])}
     for signal, values in signals.items():
         low, high = values - 0.01, values + 0.01
         low[empty] = high[empty] = np.nan
         bands[signal] = Band(low, high)
-    filled = np.ones(n, bool)
+    filled = np.ones(N, bool)
     filled[empty] = False
     found = {name: _statistics(measured[filled], values[filled])
              for name, values in errors.items()}
@@ -136,8 +130,8 @@ def _evaluate(name='run', effort=True, warnings=(), n=1000, empty=GAP, apart=0.0
         'right', {method: found[method] for method in METHODS if effort},
         {estimator: found[estimator] for estimator in ESTIMATORS if effort},
         {term: AMPLITUDE / (i + 1) for i, term in enumerate(TERMS)}, None,
-        name, '/robot/joint_states', n * PERIOD, 1 / PERIOD,
-        {'received': n + 5, 'taken': n, 'predicted': n, 'not_this_arm': 5},
+        name, '/robot/joint_states', N * PERIOD, 1 / PERIOD,
+        {'received': N + 5, 'taken': N, 'predicted': N, 'not_this_arm': 5},
         tuple(Notice('test', text) for text in warnings), time,
         bands if effort else {name: bands[name] for name in (*METHODS, 'deviation')})
 

@@ -2,7 +2,6 @@
 
 import shutil
 
-from baxter_dynamics_ros.model.joints import JOINTS
 import pytest
 
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
@@ -14,6 +13,9 @@ SCREENS = {'laptop': {'viewport': {'width': 1280, 'height': 800}},
            'phone': {'viewport': {'width': 360, 'height': 640}, 'is_mobile': True,
                      'has_touch': True, 'color_scheme': 'dark'}}
 FIGURES = {'evaluation': 14, 'calibration': 3}
+BEYOND = """width => [...document.querySelectorAll('main *, header *, footer *')].filter(
+    one => one.getBoundingClientRect().right > width + 0.5 && !one.closest('.scroll')
+).map(one => one.outerHTML.slice(0, 70))"""
 
 # Share of a figure that is neither black, white nor gray, and its mean brightness, 0 to 1.
 COLORS = """image => {
@@ -45,15 +47,14 @@ def browser():
         browser.close()
 
 
-@pytest.fixture(params=[(kind, screen) for kind in FIGURES for screen in SCREENS], ids='-'.join,
+@pytest.fixture(params=['evaluation-laptop', 'evaluation-phone', 'calibration-phone'],
                 scope='module')
 def page(request, browser, evaluation_folder, calibration_page):
-    """Return each page on each screen, unfolded, and the problems of loading it."""
-    page = browser.new_page(**SCREENS[request.param[1]])
-    page.kind, page.is_dark, page.wrong, page.requests = (*request.param, [], [])
-    page.is_dark = 'color_scheme' in SCREENS[request.param[1]]
-    page.file = {'evaluation': evaluation_folder / 'report.html',
-                 'calibration': calibration_page}[page.kind]
+    """Return each page on a screen, unfolded, and the problems of loading it."""
+    kind, screen = request.param.split('-')
+    page = browser.new_page(**SCREENS[screen])
+    page.kind, page.is_dark, page.wrong, page.requests = kind, screen == 'phone', [], []
+    page.file = evaluation_folder / 'report.html' if kind == 'evaluation' else calibration_page
     page.on('console', lambda message: page.wrong.append(message.text))
     page.on('pageerror', lambda error: page.wrong.append(str(error)))
     page.on('request', lambda asked: page.requests.append(asked.url))
@@ -63,48 +64,36 @@ def page(request, browser, evaluation_folder, calibration_page):
     page.close()
 
 
-def test_nothing_is_wider_than_the_screen(page):
-    assert page.evaluate('document.documentElement.scrollWidth') <= page.viewport_size['width']
-    # Beyond the screen is only what scrolls inside a box of its own.
-    beyond = page.evaluate("""[...document.querySelectorAll('main *, header *, footer *')].filter(
-        one => one.getBoundingClientRect().right > innerWidth + 0.5 && !one.closest('.scroll')
-    ).map(one => one.outerHTML.slice(0, 70))""")
-    assert beyond == []
-
-
-def test_figures_are_legible_in_the_color_scheme_of_the_page(page):
-    figures = page.locator('.figure img').evaluate_all(f"""all => all.map(one => {{
-        const box = one.getBoundingClientRect();
-        return [box.width, box.height, one.naturalWidth, ...({COLORS})(one)];
-    }})""")
-    assert len(figures) == FIGURES[page.kind]
-    for width, height, natural, colored, brightness in figures:
-        assert 250 < width < 640 and 130 < height < 800
-        assert 9.5 * 96 / 72 * width / natural > 9.0  # smallest letters [px]
-        assert colored > 0.003
-        assert brightness < 0.3 if page.is_dark else brightness > 0.7
-    ink, paper = (sum(map(int, color[4:-1].split(','))) for color in page.evaluate(
-        '[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]'
-    ))
-    assert (ink > paper + 400) if page.is_dark else (paper > ink + 400)
-
-
-def test_figures_stand_side_by_side_where_there_is_room(page):
-    if page.kind == 'evaluation':
-        boxes = [one.bounding_box() for one in page.locator('.figures').first.locator('img').all()]
-        assert len(boxes) == len(JOINTS)
-        assert len({round(box['x']) for box in boxes}) == (1 if page.is_dark else 3)
-
-
 def test_nothing_goes_wrong_and_nothing_is_fetched(page):
     assert page.wrong == []
     assert [url for url in page.requests if not url.startswith('data:')] == [page.file.as_uri()]
 
 
-def test_numbers_do_not_touch_their_neighbors(page):
-    touching = page.evaluate("""[...document.querySelectorAll('td')].filter(
-        one => one.scrollWidth > one.clientWidth + 1).map(one => one.textContent)""")
-    assert touching == []
+def test_all_fits_on_the_screen(page):
+    width = page.viewport_size['width']
+    assert page.evaluate('document.documentElement.scrollWidth') <= width
+    assert page.evaluate(BEYOND, width) == []
+    assert page.evaluate("""[...document.querySelectorAll('td')].filter(
+        one => one.scrollWidth > one.clientWidth + 1).map(one => one.textContent)""") == []
+
+
+def test_figures_are_legible_in_the_color_scheme_of_the_page(page):
+    figures = page.locator('.figure img').evaluate_all(f"""all => all.map(one => {{
+        const box = one.getBoundingClientRect();
+        return [box.x, box.width, box.height, one.naturalWidth, ...({COLORS})(one)];
+    }})""")
+    assert len(figures) == FIGURES[page.kind]
+    for _, width, height, natural, colored, brightness in figures:
+        assert 250 < width < 640 and 130 < height < 800
+        assert 9.5 * 96 / 72 * width / natural > 9.0  # smallest letters [px]
+        assert colored > 0.003
+        assert brightness < 0.3 if page.is_dark else brightness > 0.7
+    if page.kind == 'evaluation':  # side by side where there is room
+        assert len({round(x) for x, *_ in figures}) == (1 if page.is_dark else 3)
+    ink, paper = (sum(map(int, color[4:-1].split(','))) for color in page.evaluate(
+        '[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]'
+    ))
+    assert (ink > paper + 400) if page.is_dark else (paper > ink + 400)
 
 
 def test_a_figure_opens_enlarged_and_closes_again(page):
@@ -112,7 +101,6 @@ def test_a_figure_opens_enlarged_and_closes_again(page):
     small = figure.locator('img').bounding_box()['width']
     for close in (lambda: page.keyboard.press('Escape'), lambda: lens.locator('img').click()):
         figure.click()
-        assert lens.is_visible()
         assert lens.locator('img').bounding_box()['width'] >= max(
             1.5 * small, page.viewport_size['width'] - 20)
         close()
@@ -130,11 +118,6 @@ def test_a_link_unfolds_its_recording(page):
 
 
 def test_nothing_is_cut_on_paper(page):
-    size = page.viewport_size
     page.emulate_media(media='print')
     page.set_viewport_size({'width': 703, 'height': 1032})  # A4 less margins of 12 mm, at 96 dpi
-    cut = page.evaluate("""[...document.querySelectorAll('main *')].filter(
-        one => one.getBoundingClientRect().right > 703.5).map(one => one.outerHTML.slice(0, 9))""")
-    page.emulate_media(media='screen')
-    page.set_viewport_size(size)
-    assert cut == []
+    assert page.evaluate(BEYOND.replace('.scroll', 'head'), 703) == []  # nothing scrolls there
