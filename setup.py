@@ -41,8 +41,8 @@ panel = ros + [
     'example-robot-data==6.0.0',
     'pycollada==0.9.3',
 ]
-# Engines compared by benchmarks/model.py.
-benchmark = ['pin==4.1.0', 'mujoco==3.17.0']
+# Compared by benchmarks/model.py.
+benchmark = ['pin==4.1.0']
 demo = ros + offline
 doc = ['sphinx>=8', 'myst-parser>=4']
 test = demo + export + panel + doc + [

@@ -7,7 +7,6 @@ from publishing in ROS 1 to receiving in ROS 2. Run: python benchmarks/bridge.py
 """
 
 import argparse
-import os
 from pathlib import Path
 import subprocess
 import sys
@@ -17,10 +16,10 @@ from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
+from processes import isolate, processor_time, spin
 import rclpy
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from usage import processor_time
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 from ros1_processes import available, MISSING, Ros1  # noqa: E402, I100
@@ -58,15 +57,15 @@ def measure(publishers, seconds: float) -> dict:
             '--ros-args', '-p', f'master_uri:={ros1.uri}', '-p', 'clock:=robot']) as bridge:
         listener = ros1.start(['-c', ROSPY], stdin=subprocess.PIPE)
         listener.stdout.readline()
-        _spin(node, lambda: node.count_publishers(TOPIC) and len(
-            ros1.state()[1].get(TOPIC, ())) == 2, 30.0)
-        _spin(node, lambda: False, 1.0)
+        spin(node, 30.0, lambda: node.count_publishers(TOPIC) and len(
+            ros1.state()[1].get(TOPIC, ())) == 2)
+        spin(node, 1.0)
         for i, (rate, joints) in enumerate(publishers):
             ros1.publish('--name', f'robot{i}', '--rate', rate, '--joints', joints, '--count',
                          round(rate * seconds), '--subscribers', 2)
         used = processor_time(bridge.pid)
-        _spin(node, lambda: len(rows) >= total, seconds + 10.0)
-        _spin(node, lambda: False, 1.0)  # duplicates
+        spin(node, seconds + 10.0, lambda: len(rows) >= total)
+        spin(node, 1.0)  # duplicates
         used = processor_time(bridge.pid) - used
         out, _ = listener.communicate(b'\n', 30.0)
     node.destroy_node()
@@ -87,12 +86,6 @@ def measure(publishers, seconds: float) -> dict:
     return result
 
 
-def _spin(node: Node, condition, seconds: float) -> None:
-    limit = time.monotonic() + seconds
-    while not condition() and time.monotonic() < limit:
-        rclpy.spin_once(node, timeout_sec=0.05)
-
-
 def main():
     """Print one line per stream and subscriber, and the ratios."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
@@ -100,8 +93,7 @@ def main():
     options = parser.parse_args()
     if not available():
         raise SystemExit(MISSING)
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.setdefault('ROS_DOMAIN_ID', '94')
+    isolate(94)
     rclpy.init(args=[])
     for name, publishers in STREAMS.items():
         result = measure(publishers, options.seconds)

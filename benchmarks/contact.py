@@ -40,9 +40,10 @@ class JointTrace(NamedTuple):
         """Time of each sample (n,) [s]."""
         return self.period * np.arange(1, len(self.q) + 1)
 
-    def part(self, rows: slice, n: int = 1) -> 'JointTrace':
-        """Return the samples in ``rows``, every n-th."""
-        return JointTrace(self.name, self.side, n * self.period, *(x[rows] for x in self[3:]))
+    def part(self, rows: slice) -> 'JointTrace':
+        """Return the samples in ``rows``."""
+        return JointTrace(self.name, self.side, (rows.step or 1) * self.period,
+                          *(x[rows] for x in self[3:]))
 
 
 class Push(NamedTuple):
@@ -51,6 +52,11 @@ class Push(NamedTuple):
     begin: float  # [s]
     force: np.ndarray  # (3,), axes of the base [N]
     torque: np.ndarray  # (7,) [N m]
+
+
+def during(motion: JointTrace, push: Push) -> np.ndarray:
+    """Return which samples lie within a push, (n,) bool."""
+    return (motion.times >= push.begin) & (motion.times < push.begin + LENGTH)
 
 
 class Result(NamedTuple):
@@ -94,7 +100,7 @@ def run(trajectory: str, seed: int, duration: float, plan: list = (),
 def at_rate(motion: JointTrace, rate: int) -> JointTrace:
     """Return the joint states that the same robot publishes at a lower rate."""
     n = round(1.0 / motion.period / rate)
-    return motion.part(slice(n - 1, None, n), n)
+    return motion.part(slice(n - 1, None, n))
 
 
 def recordings(folder: Path) -> dict:
@@ -125,15 +131,10 @@ def pushed(motion: JointTrace, plan: list) -> JointTrace:
     return motion._replace(effort=effort)
 
 
-def settings_for(motion: JointTrace, values: dict) -> PredictorSettings:
-    """Return the settings with these values by name for the arm of a motion."""
-    return PredictorSettings.from_parameters({'arm': motion.side} | values)
-
-
 def play(motion: JointTrace, values: dict = {}) -> Result:
-    """Play a motion to a new predictor."""
-    predictor = Predictor(settings_for(motion, values), external=True)
-    names, rows = joint_names(motion.side), []
+    """Play a motion to a new predictor with these settings by name."""
+    settings = PredictorSettings.from_parameters({'arm': motion.side} | values)
+    predictor, names, rows = Predictor(settings, external=True), joint_names(motion.side), []
     for stamp, *fields in zip(np.round(motion.times * 1e9), *motion[3:]):
         step = predictor.handle(10 ** 18 + int(stamp), names, *fields)
         prediction, external = step.prediction, step.external
@@ -142,11 +143,6 @@ def play(motion: JointTrace, values: dict = {}) -> Result:
             _NOTHING if external is None else external.effort,
             external is not None and bool(external.contact)))
     return Result(*map(np.array, zip(*rows)))
-
-
-def during(motion: JointTrace, push: Push) -> np.ndarray:
-    """Return which samples lie within a push, (n,) bool."""
-    return (motion.times >= push.begin) & (motion.times < push.begin + LENGTH)
 
 
 def latencies(motion: JointTrace, contact: np.ndarray, plan: list) -> np.ndarray:
@@ -195,7 +191,8 @@ def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
 
     Both minus their moving mean over ``window`` [s], if that is not zero.
     """
-    model, found = settings_for(motion, values).model, play(motion, values)
+    model = PredictorSettings.from_parameters({'arm': motion.side} | values).model
+    found = play(motion, values)
     qdd = np.diff(motion.qd, axis=0) / motion.period
     q, qd, effort = (x[1:] for x in motion[3:])
     first_difference = effort - model.effort_model.effort(

@@ -1,14 +1,12 @@
 """
-Compare the node with a relay that has the same subscription and publishers.
+Compare the node with a relay that has the same subscription and publishers but computes nothing.
 
-All five topics have subscribers. Measures, in alternating runs, the latency from publishing a
-joint state to receiving its residual, processor time per message, and lost residuals.
-Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
+All five topics have subscribers. Measures, in alternating runs and from the first second of
+predictions on, the latency from publishing a joint state to receiving its residual, processor time
+per message, and lost residuals. Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
 """
 
 import argparse
-import os
-from pathlib import Path
 from statistics import median
 import subprocess
 import sys
@@ -18,19 +16,44 @@ from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
+from baxter_dynamics_ros.nodes.process import run
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
+from geometry_msgs.msg import WrenchStamped
 import numpy as np
+from processes import isolate, processor_time, spin
 import rclpy
 from rclpy.node import Node
-from relay import OUTPUTS
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
-from usage import processor_time
+from std_msgs.msg import Bool
 
-SETTLE = 1.0  # initial time without measurement [s]
-NODE = ['-m', 'baxter_dynamics_ros.nodes.torque_predictor']
-KINDS = {'relay': [str(Path(__file__).with_name('relay.py'))], 'node': NODE,
-         'newton': [*NODE, '--ros-args', '-p', 'method:=newton_euler']}
+SETTLE = 1.0  # initial time with predictions that is not measured [s]
+PATIENCE = 20.0  # for the process, and for predictions [s]
+KINDS = {'relay': [__file__, '--relay'],
+         'node': ['-m', 'baxter_dynamics_ros.nodes.torque_predictor']}
 COLUMNS = ('median [ms]', 'p99 [ms]', 'CPU [ms]', 'lost')
+OUTPUTS = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
+           topics.EXTERNAL_EFFORT: JointState, topics.EXTERNAL_WRENCH: WrenchStamped,
+           topics.CONTACT: Bool}
+
+
+class Relay(Node):
+    """Publishes each joint state of 17 joints three times, cut to seven; a wrench; and a flag."""
+
+    def __init__(self):
+        super().__init__('torque_predictor')
+        self._outputs = [(kind, self.create_publisher(kind, f'~/{name}', topics.PUBLISHER_QOS))
+                         for name, kind in OUTPUTS.items()]
+        self.create_subscription(
+            JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+
+    def _on_joint_state(self, message):
+        for field in ('name', 'position', 'velocity', 'effort'):
+            setattr(message, field, getattr(message, field)[9:16])
+        for kind, publisher in self._outputs:
+            publisher.publish(message if kind is JointState else
+                              kind(header=message.header) if kind is WrenchStamped else kind())
 
 
 class Driver(Node):
@@ -54,23 +77,27 @@ class Driver(Node):
     def _on_residual(self, message):
         self.received[stamp_ns(message.header)] = time.perf_counter()
 
-    def spin(self, until: float):
-        """Process messages until a time [s]."""
-        while (left := until - time.perf_counter()) > 0.0:
-            rclpy.spin_once(self, timeout_sec=min(left, 0.0005))
-
-    def stream(self, rate: float, seconds: float) -> dict:
-        """Publish for a while; return stamp [ns] -> time sent [s]."""
-        sent, epoch, begin = {}, time.time_ns(), time.perf_counter()
-        for k in range(round(rate * seconds)):
-            self.spin(begin + k / rate)
+    def stream(self, rate: float, seconds: float, pid: int) -> tuple:
+        """Publish; return stamp [ns] -> time sent [s] and processor time of what is measured."""
+        sent, used, epoch, begin, k = {}, None, time.time_ns(), time.perf_counter(), 0
+        while len(sent) < rate * seconds:
+            while (left := begin + k / rate - time.perf_counter()) > 0.0:
+                rclpy.spin_once(self, timeout_sec=min(left, 0.0005))
+            if used is None and self.received:
+                if time.perf_counter() > min(self.received.values()) + SETTLE:
+                    used = processor_time(pid)
+            elif k > rate * PATIENCE and not self.received:
+                raise SystemExit('no predictions')
             phase = k / rate + np.arange(17.0)
             q, qd = 0.3 + 0.2 * np.sin(phase), 0.2 * np.cos(phase)
             stamp = epoch + round(k / rate * 1e9)
             message = joint_state(JOINT_STATE_NAMES, stamp, q, qd, q)
-            sent[stamp] = time.perf_counter()
+            if used is not None:
+                sent[stamp] = time.perf_counter()
             self.publisher.publish(message)
-        return sent
+            k += 1
+        spin(self, 0.5)
+        return sent, processor_time(pid) - used
 
 
 def measure(kind: str, rate: float, seconds: float) -> dict:
@@ -80,27 +107,20 @@ def measure(kind: str, rate: float, seconds: float) -> dict:
     process = subprocess.Popen([sys.executable, *KINDS[kind]], stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL)
     try:
-        limit = time.monotonic() + 20.0
-        while not (driver.publisher.get_subscription_count()
-                   and driver.count_publishers(driver.residual)):
-            rclpy.spin_once(driver, timeout_sec=0.05)
-            if time.monotonic() > limit:
-                raise SystemExit(f'{kind} did not start')
-        used = processor_time(process.pid)
-        sent = driver.stream(rate, SETTLE + seconds)
-        driver.spin(time.perf_counter() + 0.5)
-        used = processor_time(process.pid) - used
+        if not spin(driver, PATIENCE, lambda: driver.publisher.get_subscription_count()
+                    and driver.count_publishers(driver.residual)):
+            raise SystemExit(f'{kind} did not start')
+        sent, used = driver.stream(rate, seconds, process.pid)
     finally:
         process.terminate()
         process.wait(10)
         rclpy.try_shutdown()
     behind = 0 if kind == 'relay' else round(Predictor(PredictorSettings()).estimator.delay * 1e9)
-    counted = list(sent)[round(rate * SETTLE):]
-    latencies = [driver.received[stamp - behind] - sent[stamp] for stamp in counted
+    latencies = [driver.received[stamp - behind] - at for stamp, at in sent.items()
                  if stamp - behind in driver.received]
     return dict(zip(COLUMNS, (
         median(latencies) * 1e3, float(np.percentile(latencies, 99)) * 1e3,
-        1e3 * used / len(sent), len(counted) - len(latencies))))
+        1e3 * used / len(sent), len(sent) - len(latencies))))
 
 
 def main():
@@ -109,8 +129,7 @@ def main():
     parser.add_argument('--seconds', type=float, default=10.0)
     parser.add_argument('--rounds', type=int, default=3)
     options = parser.parse_args()
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.setdefault('ROS_DOMAIN_ID', '93')
+    isolate(93)
     print(f'{"rate":>8} {"process":8}' + ''.join(f'{column:>13}' for column in COLUMNS))
     for rate in (100.0, 1000.0):
         rounds = [{kind: measure(kind, rate, options.seconds) for kind in KINDS}
@@ -121,4 +140,4 @@ def main():
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run(Relay, 'relay') if '--relay' in sys.argv else main())

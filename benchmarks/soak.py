@@ -20,9 +20,9 @@ from baxter_dynamics_ros.nodes.messages import joint_state
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
+from processes import isolate, processor_time, resident, spin
 import rclpy
 from sensor_msgs.msg import JointState
-from usage import memory, processor_time
 
 RATE = 1000  # [Hz]
 START = 10 ** 18  # [ns]
@@ -67,19 +67,19 @@ class Meter:
     """Memory and processor time of a process over the parts of a run of n messages."""
 
     def __init__(self, n: int, pid: int):
-        self._part, self._pid, self._used, self._resident = n // PARTS, pid, [], []
+        self._part, self._pid, self._samples = n // PARTS, pid, []
 
     def before(self, k: int):
         """Measure, if message k begins a part."""
         if k % self._part == 0:
-            self._used.append(processor_time(self._pid))
-            self._resident.append(memory(pid=self._pid) / 2 ** 20)
+            self._samples.append((processor_time(self._pid), resident(self._pid)))
 
-    def costs(self) -> tuple:
-        """Return memory growth [MB] and processor time per message of each part (10,) [ms]."""
+    def costs(self) -> dict:
+        """Return the costs in the fields of a Soak."""
         self.before(0)
-        growth = self._resident[-1] - self._resident[WARM]
-        return growth, np.diff(self._used)[:PARTS] / self._part * 1e3
+        used, memory = np.transpose(self._samples)
+        return {'growth': memory[-1] - memory[WARM],
+                'processor': np.diff(used)[:PARTS] / self._part * 1e3}
 
 
 def through_handler(n: int) -> Soak:
@@ -91,7 +91,7 @@ def through_handler(n: int) -> Soak:
         residuals += prediction is not None and prediction.residual is not None
     counts = predictor.counts
     return Soak(n, counts['received'], sum(counts[event] for event in DROPPED),
-                counts['predicted'], residuals, quiet_messages(), *meter.costs())
+                counts['predicted'], residuals, quiet_messages(), **meter.costs())
 
 
 def through_node(n: int) -> Soak:
@@ -106,11 +106,8 @@ def through_node(n: int) -> Soak:
             {pair.key: pair.value for status in message.status for pair in status.values}), 9)
 
     def until(condition, what: str):
-        limit = time.monotonic() + PATIENCE
-        while not condition():
-            rclpy.spin_once(node, timeout_sec=0.05)
-            if time.monotonic() > limit:
-                raise RuntimeError(f'{what} within {PATIENCE:g} s')
+        if not spin(node, PATIENCE, condition):
+            raise RuntimeError(f'{what} within {PATIENCE:g} s')
     try:
         with NodeProcess('torque_predictor', ['--ros-args', *RELIABLE]) as process:
             until(lambda: publisher.get_subscription_count() and node.count_publishers(topic),
@@ -118,8 +115,7 @@ def through_node(n: int) -> Soak:
             quiet, meter, begin = quiet_messages(), Meter(n, process.pid), time.perf_counter()
             for k, (stamp, *fields) in enumerate(messages(n)):
                 meter.before(k)
-                while (left := begin + k / RATE - time.perf_counter()) > 0.0:
-                    rclpy.spin_once(node, timeout_sec=left)
+                spin(node, begin + k / RATE - time.perf_counter())
                 until(lambda: k - quiet - len(residuals) < AHEAD, f'no answer to {k}')
                 publisher.publish(joint_state(JOINT_STATE_NAMES, stamp, *fields))
             reports.clear()  # the last residuals arrive before the second report, or are lost
@@ -131,8 +127,7 @@ def through_node(n: int) -> Soak:
     counts = {key: int(reports[-1][key]) for key in (
         'received', 'predicted', *(event.value for event in DROPPED))}
     return Soak(n, counts.pop('received'), predicted=counts.pop('predicted'),
-                dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet,
-                growth=costs[0], processor=costs[1])
+                dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet, **costs)
 
 
 def quiet_messages() -> int:
@@ -148,8 +143,7 @@ def main():
     parser.add_argument('--messages', type=int, default=1_000_000)
     parser.add_argument('--node-seconds', type=float, default=60.0)
     options = parser.parse_args()
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.setdefault('ROS_DOMAIN_ID', '94')
+    isolate(94)
     to_node = min(round(options.node_seconds * RATE), options.messages)
     runs = {'node': through_node(to_node)}
     if to_node < options.messages:

@@ -1,9 +1,11 @@
-"""The model against the paper's equations, term by term."""
+"""The model against the paper's equations, term by term, and conventions of the documentation."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
-from baxter_dynamics_ros import BaxterArm
+from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.model import lagrange_euler
+from baxter_dynamics_ros.model.parameters import INERTIA_AT_ORIGIN, paper_parameters
 import numpy as np
 import pytest
 
@@ -19,7 +21,7 @@ def parameters(arm):
 
 
 def test_each_equation(arm, parameters, random_states):
-    q, qd, qdd = random_states(100)
+    q, qd, qdd = random_states(50)
     g = arm.mount[:3, :3].T @ arm.gravity_vector  # in frame {0}
     symbols = lagrange_euler.christoffel(parameters, q)
     coriolis = np.einsum('nikm,nm->nik', symbols, qd)
@@ -42,7 +44,7 @@ def test_each_equation(arm, parameters, random_states):
 
 def test_h_of_eq_7_is_the_christoffel_symbol_of_m(parameters, random_states):
     # h_ikm = (dM_ik/dq_m + dM_im/dq_k - dM_km/dq_i) / 2, with fourth-order differences of eq. (6).
-    q, step = random_states(10)[0], 1e-3
+    q, step = random_states(3)[0], 1e-3
     at = [lagrange_euler.mass_matrix(parameters, q[:, None] + n * step * np.eye(7))
           for n in (-2, -1, 1, 2)]
     derivative = np.moveaxis((at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * step), 1, -1)
@@ -60,3 +62,26 @@ def test_leading_axes_broadcast(random_states):
     for i, k in np.ndindex(5, 3):
         np.testing.assert_allclose(result[i, k], arm.inverse_dynamics(q[i], qd[k], qdd[0]),
                                    **EXACT)
+
+
+def test_other_lengths_and_angles(random_states, rng):
+    q, parameters = random_states(50)[0], paper_parameters()
+    nonzero = np.array([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0])  # as the closed form requires
+    arm = BaxterArm(mount=mount('left'), parameters=replace(
+        parameters, a=rng.uniform(-0.3, 0.3, 7) * nonzero,
+        d=rng.uniform(-0.3, 0.3, 7) * nonzero,
+        alpha=parameters.alpha + [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6],
+        corrections=frozenset({INERTIA_AT_ORIGIN})))  # and theta_2 = q_2
+    expected = arm.mount @ lagrange_euler.transform(arm.parameters, 0, 7, q)
+    np.testing.assert_allclose(arm.forward_kinematics(q), expected, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize('side', ['right', 'left'])
+def test_positive_directions(side):
+    """As docs/model.md describes them, with all joints at zero."""
+    jacobian = BaxterArm(mount=mount(side)).jacobian(np.zeros(7))
+    _, left, up = jacobian[:3]
+    assert left[0] > 0.5 and abs(up[0]) < 1e-12
+    assert all(up[joint] < -0.2 for joint in (1, 3, 5))
+    outwards = BaxterArm(mount=mount(side)).forward_kinematics(np.zeros(7))[:3, 2]
+    np.testing.assert_allclose(jacobian[3:, [2, 4, 6]].T, [outwards] * 3, atol=1e-12)

@@ -8,11 +8,6 @@ import pytest
 DOWN = (0.0, 0.0, -9.81)
 
 
-def test_level_base(rng):
-    gravity = rng.normal(size=3)
-    np.testing.assert_array_equal(gravity_in_base(gravity, 0.0, 0.0), gravity)
-
-
 def test_directions_of_roll_and_pitch():
     x, y, z = gravity_in_base(DOWN, 0.1, 0.0)
     assert x == 0.0 and y < 0.0 and z == pytest.approx(-9.81 * np.cos(0.1))
