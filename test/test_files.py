@@ -59,9 +59,9 @@ def test_failures_change_nothing(tmp_path, write, reason):
 
 
 def test_folders_without_permission_are_reported(tmp_path, closed):
-    with closed(tmp_path, 0o555):
-        with pytest.raises(BaxterDynamicsError, match=f'^{tmp_path}/a: .*Permission denied'):
-            write_file(tmp_path / 'a', 'x')
+    with closed(tmp_path, 0o555), pytest.raises(
+            BaxterDynamicsError, match=f'^{tmp_path}/a: .*Permission denied'):
+        write_file(tmp_path / 'a', 'x')
 
 
 def test_nothing_appears_before_the_end_or_after_an_interrupt(tmp_path):

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 import copy
+from dataclasses import replace
 import os
 import pickle
 import subprocess
@@ -10,9 +11,8 @@ import sys
 from baxter_dynamics_ros import ArgumentError, BaxterArm
 from baxter_dynamics_ros.model import closed_form, lagrange_euler
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
-from baxter_dynamics_ros.model.closed_form import finite_batches
 from baxter_dynamics_ros.model.paper_tables import GRAVITY
-from baxter_dynamics_ros.model.parameters import ArmParameters, paper_parameters
+from baxter_dynamics_ros.model.parameters import paper_parameters
 import numpy as np
 import pytest
 
@@ -21,7 +21,6 @@ _compiled = pytest.importorskip(
 EXACT = {'rtol': 0.0, 'atol': 1e-12}
 ARGUMENTS = {name: 1 + len(inputs) for name, (inputs, _) in FUNCTIONS.items()}
 ENGINES = ('compiled', 'python')
-BATCH_SIZES = [0, 1, 2, 15, 16, 17, 512, 513, closed_form._BLOCK + 5]
 
 
 @pytest.fixture
@@ -41,7 +40,7 @@ def call(arm, name, states):
     return result if isinstance(result, tuple) else (result,)
 
 
-def assert_same(left, right, rtol=0.0, atol=1e-12):
+def assert_same(left, right, rtol=1e-10, atol=1e-12):  # qdd is of the order of 1e4
     for x, y in zip(left, right, strict=True):
         assert x.shape == y.shape
         np.testing.assert_allclose(x, y, rtol=rtol, atol=atol)
@@ -50,45 +49,38 @@ def assert_same(left, right, rtol=0.0, atol=1e-12):
 @pytest.mark.parametrize('name', ARGUMENTS)
 def test_engines_agree_on_one_state_and_on_batches(both, random_states, name):
     states = random_states(600)
-    tight = {'rtol': 1e-10, 'atol': 1e-12}  # qdd is of the order of 1e4
     compiled, python = (call(arm, name, states) for arm in both)
-    assert_same(compiled, python, **tight)
+    assert_same(compiled, python)
     for arm in both:
         folded = call(arm, name, [x.reshape(3, 200, 7) for x in states])
-        assert_same([x.reshape(y.shape) for x, y in zip(folded, compiled)], compiled, **tight)
+        assert_same([x.reshape(y.shape) for x, y in zip(folded, compiled)], compiled)
         for i in (0, 599):
-            assert_same(call(arm, name, [x[i] for x in states]), [x[i] for x in compiled], **tight)
+            assert_same(call(arm, name, [x[i] for x in states]), [x[i] for x in compiled])
 
 
-@pytest.mark.parametrize('target', _compiled.TARGETS)
-@pytest.mark.parametrize('n', BATCH_SIZES)
-def test_batches_of_any_size_on_each_instruction_set(n, target, random_states):
+@pytest.mark.parametrize('n', [0, 1, 2, 15, 16, 17, 512, 513, closed_form._BLOCK + 5])
+def test_batches_of_any_size_on_each_instruction_set(n, random_states):
     states, arm = random_states(n), BaxterArm(engine='python')
-    function = _compiled.function(
-        'inverse_dynamics', ('q', 'qd', 'qdd'), [(7,)], arm.closed_form_parameters, finite_batches,
-        target)
-    np.testing.assert_allclose(function(*states), arm.inverse_dynamics(*states), **EXACT)
-
-
-def test_unknown_instruction_set_is_refused():
-    with pytest.raises(ValueError, match='not available on this processor: vax'):
-        _compiled.function('gravity', ('q',), [(7,)], BaxterArm().closed_form_parameters,
-                           finite_batches, 'vax')
+    for target in _compiled.TARGETS:
+        function = _compiled.function(
+            'inverse_dynamics', ('q', 'qd', 'qdd'), [(7,)], arm.closed_form_parameters,
+            closed_form.finite_batches, target)
+        np.testing.assert_allclose(function(*states), arm.inverse_dynamics(*states), **EXACT)
 
 
 @pytest.mark.parametrize('shape', [(0, 7), (3, 0, 7)])
-@pytest.mark.parametrize('name', ARGUMENTS)
-def test_empty_batches(name, shape, engine):
-    for part in call(BaxterArm(engine=engine), name, [np.empty(shape)] * 3):
-        assert part.shape[:len(shape) - 1] == shape[:-1]
-        assert part.size == 0
+def test_empty_batches(shape, engine):
+    for name in ARGUMENTS:
+        for part in call(BaxterArm(engine=engine), name, [np.empty(shape)] * 3):
+            assert part.shape[:len(shape) - 1] == shape[:-1] and part.size == 0
 
 
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize('name', ARGUMENTS)
-def test_error_names_the_index_of_a_non_finite_value(name, value, engine):
+def test_error_names_the_index_of_a_non_finite_value(value, engine):
     arm = BaxterArm(engine=engine)
-    for bad, argument in enumerate(('q', *FUNCTIONS[name][0])):
+    cases = [(name, bad, argument) for name, (vectors, _) in FUNCTIONS.items()
+             for bad, argument in enumerate(('q', *vectors))]
+    for name, bad, argument in cases:
         for shape, place in (((7,), (3,)), ((1, 7), (0, 3)), ((2000, 7), (1717, 3))):
             states = np.zeros((3, *shape))
             states[(bad, *place)] = value
@@ -141,13 +133,13 @@ def test_no_reference_leaks():
     broken = states.copy()
     broken[2, 0] = np.nan
     before = sys.getrefcount(states), sys.getrefcount(closed_form.finite_batches)
-    for _ in range(1000):
+    for _ in range(200):
         arm.inverse_dynamics(*states)
         with pytest.raises(ArgumentError):
             arm.inverse_dynamics(*broken)
         BaxterArm(engine='compiled')
     after = sys.getrefcount(states), sys.getrefcount(closed_form.finite_batches)
-    assert abs(after[0] - before[0]) + abs(after[1] - before[1]) < 50
+    assert abs(after[0] - before[0]) + abs(after[1] - before[1]) < 20
 
 
 def test_rounding_of_the_mount_is_ignored():
@@ -171,54 +163,37 @@ def test_copies_and_pickles(again, both, random_states):
 
 
 def test_momentum_and_torque_terms(arm, random_states):
-    q, qd, qdd = random_states(50)
-    momentum, transposed, gravity = arm.momentum_terms(q, qd)
-    mass, coriolis, expected = arm.terms(q, qd)
-    np.testing.assert_allclose(momentum, (mass @ qd[..., None])[..., 0], **EXACT)
-    np.testing.assert_allclose(transposed, (coriolis.swapaxes(-1, -2) @ qd[..., None])[..., 0],
+    q, qd, _ = random_states(50)
+    mass, coriolis, gravity = arm.terms(q, qd)
+    momentum, torque, transposed = ((matrix @ qd[..., None])[..., 0] for matrix in (
+        mass, coriolis, coriolis.swapaxes(-1, -2)))
+    assert_same(arm.momentum_terms(q, qd), (momentum, transposed, gravity))
+    assert_same(arm.torque_terms(q, qd), (mass, torque, gravity))
+    assert_same([arm.coriolis_torque(q, qd)], [torque])
+
+
+def test_parameters_as_printed(random_states, engine):
+    states, printed = random_states(20), BaxterArm(parameters=paper_parameters(()), engine=engine)
+    expected = lagrange_euler.inverse_dynamics(printed.parameters, *states, GRAVITY)
+    np.testing.assert_allclose(printed.inverse_dynamics(*states), expected, **EXACT)
+    np.testing.assert_allclose(printed.inverse_dynamics(*(x[0] for x in states)), expected[0],
                                **EXACT)
-    np.testing.assert_allclose(gravity, expected, **EXACT)
-    mass, torque, gravity = arm.torque_terms(q, qd)
-    np.testing.assert_allclose((mass @ qdd[..., None])[..., 0] + torque + gravity,
-                               arm.inverse_dynamics(q, qd, qdd), **EXACT)
-
-
-def test_parameters_as_printed(both, random_states):
-    states = random_states(20)
-    for arm in both:
-        printed = BaxterArm(parameters=paper_parameters(()), engine=arm.engine)
-        for x in (states, [x[0] for x in states]):
-            expected = lagrange_euler.inverse_dynamics(printed.parameters, *x, GRAVITY)
-            np.testing.assert_allclose(printed.inverse_dynamics(*x), expected, **EXACT)
-
-
-def changed_parameters(**changes):
-    paper = paper_parameters()
-    values = {key: getattr(paper, key).copy() for key in
-              ('d', 'a', 'alpha', 'mass', 'center_of_mass', 'inertia')}
-    for name, change in changes.items():
-        change(values[name])
-    return ArmParameters(**values)
 
 
 @pytest.mark.parametrize('name, link, value', [('alpha', 2, 0.3), ('a', 1, 0.02), ('d', 3, -0.1)])
 def test_other_kinematic_structures_are_refused(name, link, value):
-    parameters = changed_parameters(**{name: lambda array: array.put(link, value)})
+    changed = getattr(paper_parameters(), name).copy()
+    changed[link] = value
     with pytest.raises(ArgumentError, match="Baxter's kinematic structure"):
-        BaxterArm(parameters=parameters)
-
-
-def run(code, **environment):
-    return subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
-                          env={**os.environ, **environment}, timeout=60)
+        BaxterArm(parameters=replace(paper_parameters(), **{name: changed}))
 
 
 @pytest.mark.parametrize('engine, variable, chosen', [
-    ('', 'auto', 'compiled'), ('', '', 'compiled'), ('', 'python', 'python'),
-    ("engine='python'", 'compiled', 'python'), ("engine='compiled'", 'python', 'compiled')])
-def test_engine_selection(engine, variable, chosen):
-    code = f'from baxter_dynamics_ros import BaxterArm; print(BaxterArm({engine}).engine)'
-    assert run(code, BAXTER_DYNAMICS_ENGINE=variable).stdout.strip() == chosen
+    ('auto', 'auto', 'compiled'), ('auto', '', 'compiled'), ('auto', 'python', 'python'),
+    ('python', 'compiled', 'python'), ('compiled', 'python', 'compiled')])
+def test_engine_selection(engine, variable, chosen, monkeypatch):
+    monkeypatch.setenv('BAXTER_DYNAMICS_ENGINE', variable)
+    assert BaxterArm(engine=engine).engine == chosen
 
 
 MISSING = 'sys.modules["baxter_dynamics_ros.model._compiled"] = None\n'
@@ -237,9 +212,10 @@ sys.meta_path.insert(0, Finder())
 @pytest.mark.parametrize('condition, warned', [(MISSING, False), (BROKEN, True)],
                          ids=['missing', 'broken'])
 def test_falls_back_to_python_without_the_extension(condition, warned):
-    done = run(f'import sys\n{condition}from baxter_dynamics_ros import BaxterArm\n'
-               'print(BaxterArm().engine)\nBaxterArm(engine="compiled")',
-               BAXTER_DYNAMICS_ENGINE='')
+    code = (f'import sys\n{condition}from baxter_dynamics_ros import BaxterArm\n'
+            'print(BaxterArm().engine)\nBaxterArm(engine="compiled")')
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=60,
+                          env={**os.environ, 'BAXTER_DYNAMICS_ENGINE': ''})
     assert done.stdout.strip() == 'python'
     assert ('UserWarning: engine: the compiled extension' in done.stderr) == warned
     assert 'ArgumentError: engine: the compiled extension does not load' in done.stderr

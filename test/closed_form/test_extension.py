@@ -34,7 +34,7 @@ for target in module.TARGETS:
         k = 1 + len(inputs)
         f = module.function(name, ('q', *inputs), [output[1] for output in outputs], values,
                             c.finite_batches, target)
-        for n in (0, 1, 2, 15, 16, 17, 513):
+        for n in (0, 1, 15, 513):
             x = rng.uniform(-3, 3, (k, n, 7))
             f(*x)
             f(*[x[0]] * k)  # the same array for all
@@ -46,14 +46,13 @@ for target in module.TARGETS:
             f(*fixed)
             for value in (1e300, -1e300, 5e-324, 1e8, -0.0):
                 f(*np.full((k, n, 7), value))
-            for value in (np.nan, np.inf):
-                for bad in range(k if n else 0):
-                    broken = x.copy()
-                    broken[bad, -1, -1] = value
-                    try:
-                        f(*broken)
-                    except ValueError:
-                        count += 1
+            for bad in range(k if n else 0):
+                broken = x.copy()
+                broken[bad, -1, -1] = np.nan
+                try:
+                    f(*broken)
+                except ValueError:
+                    count += 1
         for wrong in ('a', None, [[0.0] * 6], np.zeros((2, 8)), object(), 1j * np.ones(7)):
             try:
                 f(*[wrong] * k)
@@ -90,7 +89,7 @@ def test_extreme_inputs_under_sanitizers(tmp_path):
     assert done.returncode == 0, done.stderr[-3000:]
     targets, refused = map(int, done.stdout.split())
     functions = _closed_form.FUNCTIONS.values()
-    each = sum(2 * 6 * (1 + len(inputs)) + 6 + 1 for inputs, _ in functions)
+    each = sum(3 * (1 + len(inputs)) + 6 + 1 for inputs, _ in functions)
     assert refused == targets * each
 
 

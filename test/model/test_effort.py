@@ -1,8 +1,10 @@
 """Effort model: signs, spring at s1, friction, crosstalk, and real recordings."""
 
 from baxter_dynamics_ros import ArgumentError, BaxterArm
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import JOINTS, S1
+from baxter_dynamics_ros.estimation.predictor import Predictor
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.effort import EffortModel, Presliding
+from baxter_dynamics_ros.model.joints import joint_names, JOINTS, S1
 import numpy as np
 import pytest
 
@@ -45,12 +47,6 @@ def test_deviation_is_the_norm_of_its_parts(random_states):
     np.testing.assert_allclose(model.deviation_at(qd, qdd), expected, rtol=1e-14)
 
 
-def test_friction_without_history_is_steady(full_model, random_states):
-    q, qd, qdd = random_states(100)
-    np.testing.assert_array_equal(full_model.effort(qdd, q, qd, qdd),
-                                  full_model.effort(qdd, q, qd, qdd, np.tanh(qd / 0.05)))
-
-
 def test_spring_at_s1():
     q = np.linspace(LOWER, UPPER, 59)
     function = (-5.7466 - 8.6679 * np.sin(q) + 38.3573 * np.cos(q)
@@ -80,17 +76,14 @@ def test_spring_is_held_beyond_its_range(beyond, border):
 def test_rigid_is_tau(random_states):
     q, qd, tau = random_states(100)
     np.testing.assert_array_equal(EffortModel.rigid().effort(tau, q, qd, qd), tau)
-
-
-def test_an_absent_spring_is_never_held():
-    assert EffortModel().has_spring
-    assert not EffortModel.rigid().has_spring
+    assert not EffortModel.rigid().has_spring and EffortModel().has_spring
     assert not EffortModel.rigid().spring_is_held(_at_s1([-2.1, 0.0, 1.04])).any()
 
 
 def test_one_state_and_leading_axes(full_model, random_states):
     q, qd, tau = random_states(6)
-    many = full_model.effort(*(x.reshape(2, 3, 7) for x in (tau, q, qd, tau)))
+    many = full_model.effort(*(x.reshape(2, 3, 7) for x in (tau, q, qd, tau)),
+                             np.tanh(qd / 0.05).reshape(2, 3, 7))  # the default: steady
     assert many.shape == (2, 3, 7)
     np.testing.assert_allclose(many[1, 2], full_model.effort(tau[5], q[5], qd[5], tau[5]),
                                rtol=0.0, atol=1e-13)
@@ -120,6 +113,65 @@ def test_arrays_are_read_only_copies():
     np.testing.assert_array_equal(model.bias, 0.0)
     with pytest.raises(ValueError, match='read-only'):
         model.bias[0] = 1.0
+
+
+def dahl(path):
+    """Return Dahl's state of one joint along its positions, for a length of 0.02 rad."""
+    presliding = Presliding(0.02)
+    return np.array([presliding.update(np.full(7, q))[0] for q in path])
+
+
+def test_presliding_follows_dahls_equation_whatever_the_step():
+    q = 0.1 * np.sin(np.linspace(0.0, 9.0, 5001))
+    z, step = dahl(q), np.diff(q)
+    middle = 0.5 * (z[1:] + z[:-1])
+    np.testing.assert_allclose(np.diff(z), step * (1 - middle * np.sign(step)) / 0.02, atol=2e-5)
+    fine = [*np.linspace(0.0, 0.05, 500), *np.linspace(0.05, 0.03, 500)]
+    np.testing.assert_allclose(dahl([0.0, 0.05, 0.03])[-1], dahl(fine)[-1], atol=1e-12)
+
+
+def residuals(predictor, angles, start=10 ** 18):
+    """Return predicted efforts for joints that all move through ``angles`` at 100 Hz."""
+    names = joint_names('right')
+    velocity = np.gradient(angles) / 0.01
+    result = [predictor.handle(start + 10 ** 7 * k, names, np.full(7, q), np.full(7, qd),
+                               np.full(7, 1e-3))
+              for k, (q, qd) in enumerate(zip(angles, velocity))]
+    return np.array([step.prediction.effort for step in result if step.prediction])
+
+
+def test_predictor_adds_and_resets_dahl_friction():
+    dahl = np.arange(1.0, 8.0)
+    angles = 0.3 + 0.1 * np.sin(4.0 * np.arange(0.0, 2.0, 0.01))
+    without = PredictorSettings.from_parameters({'effort_model.crosstalk': np.zeros(49)})
+    with_ = without.replace({'effort_model.dahl': dahl})
+    predictor = Predictor(with_)
+    friction = residuals(predictor, angles) - residuals(Predictor(without), angles)
+    np.testing.assert_allclose(np.abs(friction).max(0), dahl, rtol=1e-3)
+    np.testing.assert_allclose(friction / dahl, friction[:, :1] * np.ones(7), atol=1e-9)
+    predictor.reset()
+    again = residuals(predictor, angles, 2 * 10 ** 18) - residuals(Predictor(without), angles)
+    np.testing.assert_array_equal(again[0], 0.0)
+
+
+def test_predict_on_a_batch_equals_handle():
+    settings = PredictorSettings.from_parameters({
+        'effort_model.dahl': [0.5] * 7, 'effort_model.coulomb': [1.0] * 7,
+        'effort_model.stiffness': [0.2] * 7})
+    names, t = joint_names('right'), 0.01 * np.arange(300)
+    q = 0.3 + 0.2 * np.sin(np.multiply.outer(t, np.arange(1.0, 8.0)))
+    qd, effort = np.gradient(q, axis=0) / 0.01, 0.1 + np.cos(q)
+    rows = [(10 ** 18 + 10 ** 7 * k, names, *row) for k, row in enumerate(zip(q, qd, effort))]
+    one_by_one, stacked = Predictor(settings), Predictor(settings)
+    predictions = [step.prediction for step in (one_by_one.handle(*row) for row in rows)
+                   if step.prediction]
+    estimates = [step.estimate for step in (stacked.estimate(*row) for row in rows)
+                 if step.estimate]
+    batch = stacked.predict(type(estimates[0])(*map(np.array, zip(*estimates))))
+    for field, values in zip(batch._fields, batch):
+        np.testing.assert_allclose(values, [getattr(p, field) for p in predictions], rtol=0,
+                                   atol=1e-12, err_msg=field)
+    assert one_by_one.counts == stacked.counts
 
 
 @pytest.mark.parametrize('name', ['baxter_left_arm_tracking', 'baxter_point_to_point'])

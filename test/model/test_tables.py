@@ -12,35 +12,22 @@ import numpy as np
 import pytest
 
 
-@pytest.fixture
-def paper(shared):
+def test_tables_and_gravity_as_printed(shared):
     path = shared / 'PAPER.md'
     if not path.is_file():
         pytest.skip(f'{path} is missing: it is the paper')
-    return path.read_text(encoding='utf-8')
-
-
-def test_table_ii_as_printed(paper):
+    paper = path.read_text(encoding='utf-8')
     rows = _rows(paper, 'TABLE II')
     assert [row[1] for row in rows] == [rf'$\theta_{{{i}}}$' for i in range(1, 8)]
     angles = {'0': 0.0, r'$\pi / 2$': pi / 2, r'$-\pi / 2$': -pi / 2}
     printed = [(float(d), float(a), angles[alpha], float(mass))
                for _, _, d, a, alpha, mass in rows]
     assert paper_tables.TABLE_II == tuple(printed)
-
-
-def test_table_iii_as_printed(paper):
     rows = [tuple(float(cell) for cell in row[1:]) for row in _rows(paper, 'TABLE III')]
     assert len(rows) == 14  # xx yy zz of all links, then xy yz xz
     assert paper_tables.TABLE_III == tuple(a + b for a, b in zip(rows[:7], rows[7:]))
-
-
-def test_table_iv_as_printed(paper):
     rows = [tuple(float(cell) for cell in row[1:]) for row in _rows(paper, 'TABLE IV')]
     assert paper_tables.TABLE_IV == tuple(rows)
-
-
-def test_gravity_as_printed(paper):
     x, y, z, _ = re.search(r'\\mathbf{g}=\[([^]]+)\]', paper)[1].split(',')
     assert paper_tables.GRAVITY == (float(x), float(y), float(z))
 
@@ -56,21 +43,13 @@ def test_pseudo_inertia_without_corrections():
             [m * x, m * y, m * z, m]], rtol=0.0, atol=1e-16)
 
 
-def test_theta_2_offset_changes_only_theta_2():
+def test_corrections_change_only_theta_2_and_only_second_moments():
     before, after = paper_parameters(()), paper_parameters({THETA_2_OFFSET})
     assert _changed(before, after) == {'corrections', 'theta_offset'}
-    offset = np.zeros(7)
-    offset[S1] = pi / 2
-    np.testing.assert_array_equal(after.theta_offset, offset)
-
-
-def test_inertia_at_origin_changes_only_second_moments():
-    before, after = paper_parameters(()), paper_parameters({INERTIA_AT_ORIGIN})
+    np.testing.assert_array_equal(after.theta_offset, pi / 2 * (np.arange(7) == S1))
+    after = paper_parameters({INERTIA_AT_ORIGIN})
     assert _changed(before, after) == {'corrections', 'pseudo_inertia'}
     np.testing.assert_array_equal(before.pseudo_inertia[:, 3], after.pseudo_inertia[:, 3])
-
-
-def test_unknown_correction_is_refused():
     with pytest.raises(ArgumentError, match='corrections: .*theta_3.*expected.*theta_2_offset'):
         paper_parameters({'theta_3'})
 

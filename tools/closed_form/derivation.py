@@ -1,6 +1,7 @@
 """Derivation of programs: the formulation on CasADi symbols, without structural zeros and ones."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
@@ -11,6 +12,7 @@ from .program import Program, Value
 from .quantities import Arm, ONLY_TILTED, PARAMETERS, Quantity
 
 
+@cache
 def program_of(quantity: Quantity, tilted: bool) -> Program:
     """
     Derive the program of a quantity.

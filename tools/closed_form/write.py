@@ -1,6 +1,7 @@
 """Write the closed form as a Python module and as a header and source in C99."""
 
 from collections.abc import Callable, Iterable
+from copy import copy
 from math import factorial, prod
 from pathlib import Path
 from string import Template
@@ -55,7 +56,7 @@ def _description(quantity: Quantity, program: Program) -> str:
 
 
 def _function(quantity: Quantity) -> str:
-    program = program_of(quantity, tilted=True)
+    program = copy(program_of(quantity, tilted=True))
     vectors = ('sin_q', 'cos_q', *quantity.inputs)
     names = _input_names(vectors)
     body = [_tuple('', [names[f'{vector}[{i}]'] for i in range(7)], end=f' = {vector}')

@@ -1,4 +1,6 @@
-"""The committed files are up to date and compute the formulation."""
+"""The committed files and the documented operation counts are what the generator gives."""
+
+from pathlib import Path
 
 from baxter_dynamics_ros.model import _closed_form
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 pytest.importorskip('casadi', reason='needed to generate: pip install casadi')
 from tools.closed_form.__main__ import generated  # noqa: E402, I100
 from tools.closed_form.quantities import Arm, PARAMETERS, QUANTITIES  # noqa: E402
+from tools.closed_form.sizes import table  # noqa: E402
 
 
 @pytest.mark.parametrize('quantity', QUANTITIES.values(), ids=QUANTITIES)
@@ -24,8 +27,11 @@ def test_each_function_computes_the_formulation(quantity, rng):
 
 
 def test_generated_files_are_up_to_date():
-    texts = generated()
-    assert {path.suffix for path in texts} == {'.py', '.c', '.h'}
-    for path, text in texts.items():
+    for path, text in generated().items():
         assert path.read_text(encoding='utf-8') == text, (
             f'{path.name} is out of date: run python -m tools.closed_form')
+
+
+def test_documented_table_is_up_to_date():
+    document = Path(__file__).parents[2] / 'docs' / 'closed_form.md'
+    assert table() + '\n' in document.read_text(encoding='utf-8')
