@@ -9,7 +9,7 @@ import tempfile
 _GRACE = 5.0  # [s] between the signal to end and killing the process
 
 
-class NodeProcess:
+class NodeProcess(subprocess.Popen[str]):
     """
     A node of this package, such as 'torque_predictor', as a child; a context manager ends it.
 
@@ -19,17 +19,11 @@ class NodeProcess:
 
     def __init__(self, executable: str, arguments: Sequence[str] = (),
                  environment: dict[str, str] | None = None) -> None:
-        self.executable = executable
-        self._output = tempfile.TemporaryFile('w+')
-        self._process = subprocess.Popen(
+        self.executable, self._output = executable, tempfile.TemporaryFile('w+')
+        super().__init__(
             [sys.executable, '-m', f'baxter_dynamics_ros.nodes.{executable}', *arguments],
             stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT,
             env=environment)
-        self.pid, self.wait = self._process.pid, self._process.wait
-
-    def __enter__(self) -> 'NodeProcess':
-        """Return this process."""
-        return self
 
     def __exit__(self, *exception: object) -> None:
         """End the process."""
@@ -39,7 +33,7 @@ class NodeProcess:
     @property
     def exit_code(self) -> int | None:
         """Exit code; None while it runs."""
-        return self._process.poll()
+        return self.poll()
 
     @property
     def output(self) -> str:
@@ -50,9 +44,9 @@ class NodeProcess:
     def end(self, by: int = signal.SIGINT) -> int:
         """Send a signal, kill the process if it does not end, and return its exit code."""
         if self.exit_code is None:
-            self._process.send_signal(by)
+            self.send_signal(by)
             try:
                 self.wait(_GRACE)
             except subprocess.TimeoutExpired:
-                self._process.kill()
+                self.kill()
         return self.wait()

@@ -16,6 +16,7 @@ from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
+    from rich.table import Table
 
 
 def printable(text: object) -> str:
@@ -67,14 +68,20 @@ def show(content: RenderableType) -> None:
     write(capture.get())
 
 
-def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
-               bold_last: bool = False) -> None:
-    """Print a table; all columns but the first are aligned to the right."""
+def table(columns: Sequence[str]) -> Table:
+    """Return a table without rows; all columns but the first are aligned to the right."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     result = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for i, column in enumerate(columns):
         result.add_column(column, justify='right' if i else 'left', no_wrap=not i)
+    return result
+
+
+def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
+               bold_last: bool = False) -> None:
+    """Print a table; see :func:`table`."""
+    result = table(columns)
     for i, row in enumerate(rows):
         result.add_row(*map(printable, row),
                        style='bold' if bold_last and i == len(rows) - 1 else None)

@@ -14,14 +14,13 @@ import termios
 import time
 import tty
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
 from .monitor import effort_by_joint, Monitor, Predictor
-from .terminal import plain_console, printable, say, show
+from .terminal import plain_console, printable, say, show, table
 from ..files import write_file
 from ..model.effort import BAND
 from ..model.exceptions import BaxterDynamicsError
@@ -116,20 +115,18 @@ def _view(monitor: Monitor) -> Group:
 
 
 def _joint_table(predictor: Predictor, now: float) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for title in _COLUMNS:
-        table.add_column(title, justify='right' if '[' in title else 'left', no_wrap=True)
+    result = table(_COLUMNS)
     touched = predictor.contact_joints(now)
     external = effort_by_joint(predictor.newest(topics.EXTERNAL_EFFORT, now))
     for joint, measured, predicted, residual, deviation, torque in zip(
             JOINTS, *predictor.efforts(now), external):
         band = BAND * deviation
         style = 'bold red' if abs(residual) > band else ''
-        table.add_row(joint, _number(measured), _number(predicted),
-                      Text(_number(residual), style), Text(bar(residual, band), style or 'cyan'),
-                      '-' if math.isnan(band) else f'±{band:.2f}', _number(torque),
-                      style='bold' if joint in touched else '')
-    return table
+        result.add_row(joint, _number(measured), _number(predicted),
+                       Text(_number(residual), style), Text(bar(residual, band), style or 'cyan'),
+                       '-' if math.isnan(band) else f'±{band:.2f}', _number(torque),
+                       style='bold' if joint in touched else '')
+    return result
 
 
 def _number(value: float) -> str:
