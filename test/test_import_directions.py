@@ -24,10 +24,11 @@ MAY_IMPORT = {
     'calibration': 'model estimation recordings',
     'report': 'model files recordings calibration',
     'nodes': 'model estimation ros1',
-    'cli': 'model files estimation simulation recordings calibration report export nodes ros1',
+    'cli': 'model files estimation simulation recordings calibration export nodes ros1',
 }
 # ... and in functions only, so that the import waits until it is needed.
-MAY_IMPORT_LATE = {'estimation': 'newton_euler', 'nodes': 'simulation calibration recordings'}
+MAY_IMPORT_LATE = {'cli': 'report', 'estimation': 'newton_euler',
+                   'nodes': 'simulation calibration recordings'}
 # Library -> the parts that may import it.
 CONFINED = {
     'pinocchio': 'newton_euler', 'mujoco': 'simulation', 'rosbags': 'recordings',

@@ -1,0 +1,98 @@
+"""What the commands refuse: one line, exit code 1 or 2, and nothing written."""
+
+import os
+
+import numpy as np
+import pytest
+
+TAKEN = 'exists; choose another name, or replace it with --force'
+ONLY_RIGHT = ('run: /robot/joint_states has no joints of the left arm, only right_e0, right_e1, '
+              'right_s0, right_s1, right_w0, right_w1, right_w2')
+
+REFUSALS = [  # arguments, reason
+    ('calibrate', 'expected a recording, or --plan to make one'),
+    ('calibrate run --plan', '--plan takes no recordings'),
+    ('calibrate run -o robot.txt',
+     '--output: expected a name ending in .yaml or .yml, got robot.txt'),
+    ('calibrate run -o file/r.yaml', '--output: no folder {here}/file'),
+    ('calibrate run -o folder.yaml', '--output: {here}/folder.yaml is a folder'),
+    ('calibrate run -o folder.yml', '--output: {here}/folder.html is a folder'),
+    ('calibrate run -o report.yaml', '--output: {here}/report.html ' + TAKEN),
+    ('calibrate run -o run/metadata.yaml --force',
+     '--output: {here}/run/metadata.yaml belongs to the input run'),
+    ('calibrate run --params robot.yaml -o link.yaml --force',
+     '--output: {here}/link.yaml belongs to the input robot.yaml'),
+    ('calibrate run left',
+     'the recordings are of both arms: calibrate one arm at a time (--arm)'),
+    ('calibrate run --arm left', ONLY_RIGHT),
+    ('evaluate none -o new', 'none: no such file or folder'),
+    ('evaluate none.npz -o new', 'none.npz: no recordings'),
+    ('evaluate run', '--output: {here}/baxter_evaluation ' + TAKEN),
+    ('evaluate run -o run --force', '--output: {here}/run belongs to the input run'),
+    ('evaluate run -o file/below', '--output: {here}/file is not a folder'),
+    ('evaluate run -o new --params left.yaml', ONLY_RIGHT),
+    ('evaluate run -o new --params none.yaml',
+     'none.yaml: cannot be read (No such file or directory)'),
+    ('evaluate run -o new --topic /none', 'run: no joint states in CDR or ROS 1 encoding on '
+     '/none; it has /robot/joint_states (sensor_msgs/msg/JointState, cdr)'),
+    ('evaluate run -o new --save-bag run', 'run: exists; choose a new folder or remove it first'),
+    ('evaluate run -o new --save-bag none/new', 'none/new: no folder none'),
+    ('evaluate run -o new --save-bag new', '--save-bag: {here}/new is the folder of the report'),
+    ('evaluate run left -o new --save-bag bag', '--save-bag: expected one recording, got 2'),
+]
+
+
+@pytest.fixture
+def here(make_bag, moving_arm, tmp_path):
+    """Return a folder with recordings of both arms, and other files of the user."""
+    make_bag(moving_arm(30))
+    make_bag(moving_arm(30, 'left'), name='left')
+    nothing = np.zeros((0, 7))
+    np.savez(tmp_path / 'none.npz', joint_names=['s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2'],
+             period=0.01, recording=np.zeros(0, int), recording_names=np.array([], str),
+             position=nothing, velocity=nothing, effort=nothing)
+    for folder in ('folder.yaml', 'folder.html', 'baxter_evaluation'):
+        (tmp_path / folder).mkdir()
+    for file in ('file', 'report.html', 'baxter_evaluation/notes'):
+        (tmp_path / file).write_text('mine')
+    (tmp_path / 'left.yaml').write_text('/**:\n  ros__parameters: {arm: left}\n')
+    (tmp_path / 'robot.yaml').write_text('/**:\n  ros__parameters: {payload.mass: 0.3}\n')
+    os.link(tmp_path / 'robot.yaml', tmp_path / 'link.yaml')
+    return tmp_path
+
+
+def test_a_refusal_is_one_line_and_writes_nothing(refused, here):
+    for words, line in REFUSALS:
+        assert refused(*words.split()) == line.format(here=here)
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_work_begins(refused, here, closed):
+    (here / 'locked').mkdir()
+    for words in 'evaluate run -o locked/below', 'calibrate run -o locked/robot.yaml':
+        with closed(here / 'locked', 0o555):
+            assert refused(*words.split()) == (
+                f'--output: {here}/locked cannot be written (Permission denied)')
+
+
+def test_a_report_that_cannot_be_written_leaves_no_new_bag(command, here, monkeypatch):
+    monkeypatch.chdir(here)
+    (here / 'baxter_evaluation' / 'figures').write_text('mine')
+    code, _, err = command('evaluate', 'run', '--save-bag', 'new', '--force')
+    assert code == 1 and 'baxter_evaluation: cannot be written' in err
+    assert 'figures is a file' in err and not (here / 'new').exists()
+
+
+@pytest.mark.parametrize('arguments, problem', [
+    ('', 'the following arguments are required: COMMAND'),
+    ('fly', "invalid choice: 'fly'"),
+    ('evaluate run --arm middle', "invalid choice: 'middle'"),
+    ('demo --duration 0', 'expected 2 to 3600 seconds, got 0'),
+    ('experiment lift --duration nan', 'expected 2 to 3600 seconds, got nan'),
+    ('experiment lift --seed -1', 'expected 0 to 2147483647, got -1'),
+])
+def test_misuse_is_explained_with_exit_code_2(command, tmp_path, monkeypatch, arguments, problem):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = command(*arguments.split())
+    assert (code, out) == (2, '')
+    assert problem in err and err.startswith('usage: baxter_dynamics')
+    assert list(tmp_path.iterdir()) == []
