@@ -67,16 +67,12 @@ class Plant:
         self._nominal = nominal, mujoco.MjData(nominal)
         self._actual = self.model, mujoco.MjData(self.model)
         self._presliding = Presliding(self.truth.dahl_length)
+        self._read_state()
 
-    @property
-    def q(self) -> Array:
-        """Position (7,) [rad]."""
-        return np.asarray(self.data.qpos[self._joints])
-
-    @property
-    def qd(self) -> Array:
-        """Velocity (7,) [rad/s]."""
-        return np.asarray(self.data.qvel[self._joints])
+    def _read_state(self) -> None:
+        self.q: Array = self.data.qpos[self._joints]  # (7,) [rad]
+        self.qd: Array = self.data.qvel[self._joints]  # (7,) [rad/s]
+        self._spring = self.truth.spring(self.q)  # (7,) [N m]
 
     def place(self, q: Array) -> None:
         """Place the arm at rest at q (7,) [rad], without stored friction."""
@@ -84,28 +80,29 @@ class Plant:
         self.data.qvel[:] = 0.0
         self._presliding.reset()
         mujoco.mj_forward(self.model, self.data)
+        self._read_state()
 
     def holding_torque(self) -> Array:
         """Return the robot's own compensation of gravity and spring, (7,) [N m]."""
-        return self._gravity(*self._nominal) + self.truth.spring(self.q)
+        return self._gravity(*self._nominal) + self._spring
 
     def static_torque(self) -> Array:
         """Return the motor torques that hold the arm at rest without friction, (7,) [N m]."""
-        return (self._gravity(*self._actual) + self.truth.spring(self.q)
-                + self.truth.stiffness * self.q)
+        return self._gravity(*self._actual) + self._spring + self.truth.stiffness * self.q
 
     def step(self, motor: Array) -> None:
         """Advance by one time step under motor torques (7,) [N m]."""
-        q, qd, truth = self.q, self.qd, self.truth
-        presliding = self._presliding.update(q) if truth.has_dahl else None
+        truth = self.truth
+        presliding = self._presliding.update(self.q) if truth.has_dahl else None
         applied = self.data.qfrc_applied
         applied[:] = 0.0
-        applied[self._joints] = (motor - truth.spring(q) - truth.friction(qd, presliding)
-                                 - truth.stiffness * q + self.torque)
+        applied[self._joints] = (motor - self._spring - truth.friction(self.qd, presliding)
+                                 - truth.stiffness * self.q + self.torque)
         if self.force.any():
             mujoco.mj_applyFT(self.model, self.data, self.force, np.zeros(3),
                               self.data.xpos[self._hand], self._hand, applied)
         mujoco.mj_step(self.model, self.data)
+        self._read_state()
 
     def _gravity(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         """Return the torques (7,) [N m] that balance gravity at rest, by another model."""

@@ -80,9 +80,9 @@ class FakeBaxter:
         self.plant = Plant(side, description, truth, payload, gravity)
         self.reference: HandTrajectory | JointTrajectory = _reference(side, trajectory)
         self.plant.place(self.reference.q)
-        standing = self.plant.static_torque()
+        self._motor = self.plant.static_torque()  # latest motor torques (7,) [N m]
         # Of the controller's inner loop [rad], as if it had held the arm in place for long.
-        self._integral = (standing - self.plant.holding_torque()) / KI_INNER
+        self._integral = (self._motor - self.plant.holding_torque()) / KI_INNER
         self._sensors = Sensors(noise, seed)
         self._steps = self._command_ends = 0
         self._command: Array | None = None  # commanded motor torques, if any
@@ -90,12 +90,11 @@ class FakeBaxter:
         resting = Plant(other, description, truth, gravity=gravity)
         resting.place(HandTrajectory(other, 'hold').q)
         self._resting = Sensors(noise, seed + 1)
-        self._resting_state = resting.q, truth.coupled(resting.static_torque() + truth.bias)
+        self._resting_q, self._resting_torque = resting.q, resting.static_torque()
         simulated = joint_names(side) + joint_names(other)
         self._order = [simulated.index(name) if name in simulated else len(simulated)
                        for name in JOINT_STATE_NAMES]  # head and torso stay at zero
-        self._sensors.read(self.plant.q, truth.coupled(standing + truth.bias))
-        self._resting.read(*self._resting_state)
+        self._read_encoders()
 
     @property
     def time(self) -> float:
@@ -142,19 +141,23 @@ class FakeBaxter:
                     self._steps >= self._command_ends or self._runs_away()):
                 self._hold_here(self._command)
                 self._command = None
-            motor = self._control() if self._command is None else self._command
-            self.plant.step(motor)
-            truth = self.plant.truth
-            self._sensors.read(self.plant.q, truth.coupled(motor + truth.bias))
-            self._resting.read(*self._resting_state)
+            self._motor = self._control() if self._command is None else self._command
+            self.plant.step(self._motor)
+            self._read_encoders()
             self._steps += 1
 
     def joint_state(self) -> tuple[Array, Array, Array]:
         """Return position, velocity and effort, each (17,), in :data:`JOINT_STATE_NAMES`."""
-        moving, still = self._sensors.publish(), self._resting.publish()
+        truth = self.plant.truth
+        moving = self._sensors.publish(truth.coupled(self._motor + truth.bias))
+        still = self._resting.publish(truth.coupled(self._resting_torque + truth.bias))
         position, velocity, effort = (
             np.concatenate([*pair, [0.0]])[self._order] for pair in zip(moving, still))
         return position, velocity, effort
+
+    def _read_encoders(self) -> None:
+        self._sensors.read(self.plant.q)
+        self._resting.read(self._resting_q)
 
     def _control(self) -> Array:
         """Return the controller's motor torques (7,) [N m]."""

@@ -29,22 +29,23 @@ class Sensors:
         self._random = np.random.default_rng(seed)
         self._encoder: deque[Array] = deque(maxlen=MEAN_LENGTH + DISTANCE)
         self._pending: list[Array] = []  # true positions (7,) not yet sampled by the encoder [rad]
-        self._effort: Array = np.zeros(N_JOINTS)
 
-    def read(self, q: Array, effort: Array) -> None:
-        """Record the true position (7,) [rad] and effort (7,) [N m], once every PERIOD."""
+    def read(self, q: Array) -> None:
+        """Read the true position (7,) [rad], once every PERIOD."""
         self._pending.append(q)
-        self._effort = effort
 
-    def publish(self) -> tuple[Array, Array, Array]:
-        """Return position [rad], velocity [rad/s] and effort [N m] as the robot publishes them."""
+    def publish(self, effort: Array) -> tuple[Array, Array, Array]:
+        """
+        Return position [rad], velocity [rad/s] and effort [N m] as the robot publishes them.
+
+        ``effort`` (7,) [N m] is the true one.
+        """
         if self._pending:
             self._sample(np.array(self._pending))
             self._pending.clear()
         readings = np.array(self._encoder)
         velocity = (readings[-MEAN_LENGTH:].mean(0) - readings[:MEAN_LENGTH].mean(0)) / (
             DISTANCE * PERIOD)
-        effort = self._effort
         if self._noise:
             effort = _quantised(effort + EFFORT_NOISE * self._random.standard_normal(N_JOINTS),
                                 EFFORT_QUANTUM)

@@ -32,9 +32,9 @@ def sensed(rate):
     q = motion(np.arange(12000) * 0.001, 0)
     samples = []
     for i, row in enumerate(q):
-        sensors.read(row, none)
+        sensors.read(row)
         if i % every == 0:
-            samples.append(sensors.publish()[:2])
+            samples.append(sensors.publish(none)[:2])
     return np.arange(len(samples)) / rate, *map(np.array, zip(*samples))
 
 

@@ -71,8 +71,8 @@ def test_hand_follows_the_papers_circle(side):
 def test_velocity_lags_position_by_13_and_a_half_milliseconds():
     sensors, velocity, t = Sensors(noise=False), [], 0.001 * np.arange(4000)
     for now in t:
-        sensors.read(np.full(7, np.sin(3 * now)), np.zeros(7))
-        velocity.append(sensors.publish()[1][0])
+        sensors.read(np.full(7, np.sin(3 * now)))
+        velocity.append(sensors.publish(np.zeros(7))[1][0])
     lags = np.arange(0.0, 0.03, 1e-4)
     error = [np.sum((np.array(velocity[100:]) - 3 * np.cos(3 * (t[100:] - lag))) ** 2)
              for lag in lags]
@@ -83,8 +83,8 @@ def test_noise_and_quanta_at_rest_are_those_measured():
     sensors, rows = Sensors(seed=3), []
     for _ in range(3000):
         for _ in range(10):
-            sensors.read(np.full(7, 0.3), np.full(7, 2.0))
-        rows.append(np.array(sensors.publish()))
+            sensors.read(np.full(7, 0.3))
+        rows.append(np.array(sensors.publish(np.full(7, 2.0))))
     q, qd, effort = np.array(rows).transpose(1, 0, 2)
     quantum = 2 * np.pi / 16384
     np.testing.assert_allclose(q / quantum, np.round(q / quantum), atol=1e-9)
