@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
 from . import topics
 from .messages import from_field, stamp_ns
 from .ros_parameters import ParameterNode
-from .services import MAX_AGE, RecentSteps
-from .waiting import pause, RefusedError
+from .statistics import RecentSteps
+from .zero import RefusedError, WaitingRequest
 from ..estimation.continuity import GAP
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor, Step
@@ -50,7 +49,7 @@ class _CancelledError(Exception):
     """The goal was cancelled."""
 
 
-class CalibrateAction:
+class CalibrateAction(WaitingRequest):
     """
     Action server that records joint states, fits the effort model and sets parameters.
 
@@ -60,29 +59,23 @@ class CalibrateAction:
 
     def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps,
                  action: type[Any]) -> None:
-        self._node = node
-        self._predictor = predictor
-        self._recent = recent
+        super().__init__(node, predictor, recent)
         self._action = action
         self._names = list(predictor.stream.selector.names)
-        self._is_running = self._is_recording = False
-        self._begin()
+        self._rows: list[_Row] = []
+        self._newest_ns = 0
+        self._is_recording = False
         self._process: subprocess.Popen[bytes] | None = None
-        self._group = ReentrantCallbackGroup()
         self._server = ActionServer(
             node, action, f'~/{topics.CALIBRATE}', self._execute, callback_group=self._group,
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
 
-    def _begin(self) -> None:
-        self._rows: list[_Row] = []
-        self._elapsed: float = 0.0  # [s] on the clock of the stamps
-        self._newest_ns: int = 0
-        self._values = self._node.values  # replaced by each change
-
     def add(self, message: JointState, received_ns: int, step: Step) -> None:
         """Record a joint state while a goal is active."""
+        if not self._is_recording:
+            return
         layout = self._predictor.stream.selector.layout(message.name)
-        if not self._is_recording or isinstance(layout, Event):
+        if isinstance(layout, Event):
             return
         if step.state is not None:
             dt = (step.state.stamp_ns - self._newest_ns) * 1e-9
@@ -101,16 +94,14 @@ class CalibrateAction:
     async def _execute(self, handle: ServerGoalHandle) -> Any:
         result = self._action.Result(joint_names=self._names)
         try:
-            if self._is_running:
-                raise RefusedError('another calibration is running')
-            self._refuse(handle.request)
-            self._is_running = True
-            try:
-                await self._record(handle)
-                self._use(await self._fit(handle), handle.request.file, result)
-            finally:
-                self._is_running = self._is_recording = False
-                self._end_process()
+            with self._only('calibration'):
+                self._refuse(handle.request)
+                try:
+                    await self._record(handle)
+                    self._use(await self._fit(handle), handle.request.file, result)
+                finally:
+                    self._is_recording = False
+                    self._end_process()
             handle.succeed()
         except _CancelledError:
             handle.canceled()
@@ -125,10 +116,9 @@ class CalibrateAction:
         if not SHORTEST <= goal.duration <= LONGEST:
             raise RefusedError(f'duration: expected {SHORTEST:g} to {LONGEST:g} s, got '
                                f'{goal.duration:g}')
-        missing = [package for module, package in _NEEDED.items() if find_spec(module) is None]
-        if missing:
-            raise RefusedError(f'calibration needs {" ".join(missing)}: pip install '
-                               f'{" ".join(missing)}')
+        for module, package in _NEEDED.items():
+            if find_spec(module) is None:
+                raise RefusedError(f'calibration needs {package}: pip install {package}')
         if goal.file and not os.access(Path(goal.file).absolute().parent, os.W_OK):
             raise RefusedError(f'file: cannot write to the folder of {goal.file}')
         if not self._node.values['effort_model.enabled']:
@@ -137,14 +127,16 @@ class CalibrateAction:
     async def _record(self, handle: ServerGoalHandle) -> None:
         """Record joint states for the duration of the goal."""
         from ..calibration.live import progress
-        self._begin()
+        self._rows = []
+        self._elapsed = 0.0  # [s] on the clock of the stamps
+        self._newest_ns = 0
+        self._values = self._node.values  # replaced by each change
         self._is_recording = True
         reported = -np.inf
         while self._elapsed < handle.request.duration:
-            state = self._recent.accepted and self._recent.accepted.state
-            if state is None or self._recent.age > MAX_AGE:
-                raise RefusedError('no valid joint states arrive: see the status input')
-            if state.effort is None:
+            self._refuse_old_states()
+            accepted = self._recent.accepted
+            if accepted and accepted.state and accepted.state.effort is None:
                 raise RefusedError('there is no measured effort: see the status effort')
             if time.monotonic() - reported > _FEEDBACK_PERIOD and self._rows:
                 reported = time.monotonic()
@@ -154,16 +146,16 @@ class CalibrateAction:
                 handle.publish_feedback(self._action.Feedback(
                     elapsed=self._elapsed, joint_names=self._names, seen=seen.seen.tolist(),
                     advice=seen.advice))
-            await self._pause(handle)
+            await self._wait(handle)
         self._is_recording = False
 
     async def _fit(self, handle: ServerGoalHandle) -> Any:
         """Return the result of the fit."""
         from ..calibration.live import COMMAND, ENVIRONMENT, read_result, write_input
-        goal, rows = handle.request, self._rows
+        goal = handle.request
         with TemporaryDirectory(prefix='baxter_calibration_') as folder:
             given, found, log = (Path(folder) / name for name in ('in.npz', 'out.json', 'log'))
-            _, stamps, received, *arrays = zip(*rows)
+            _, stamps, received, *arrays = zip(*self._rows)
             write_input(given, self._names, list(stamps), list(received),
                         (np.array(arrays[0]), np.array(arrays[1]), np.array(arrays[2])),
                         PredictorSettings.from_parameters(self._values), goal.inertial,
@@ -173,7 +165,7 @@ class CalibrateAction:
                     [*COMMAND, str(given), str(found)], stdin=subprocess.DEVNULL, stdout=output,
                     stderr=output, env={**os.environ, **ENVIRONMENT})
             while self._process.poll() is None:
-                await self._pause(handle)
+                await self._wait(handle)
             if not found.exists():
                 raise RefusedError('the fit failed: ' + (
                     log.read_text().strip().splitlines() or ['no output'])[-1])
@@ -202,8 +194,8 @@ class CalibrateAction:
             except (OSError, BaxterDynamicsError) as error:
                 result.message += f'; the file was not written: {error}'
 
-    async def _pause(self, handle: ServerGoalHandle) -> None:
-        await pause(self._node, self._group, _CHECK_PERIOD)
+    async def _wait(self, handle: ServerGoalHandle) -> None:
+        await self._pause(_CHECK_PERIOD)
         if handle.is_cancel_requested:
             raise _CancelledError
         if self._node.values != self._values:

@@ -31,17 +31,8 @@ class DiagnosticUpdater:
     """
     Publishes diagnostics once a second, and logs each change of a status.
 
-    The timer uses steady time, so diagnostics continue while simulated time stands still.
-
-    Parameters
-    ----------
-    node : Node
-        The node; status names begin with its full name.
-    hardware_id : str
-        Hardware that the node reports on.
-    report : callable
-        Given the time since the last report [s], returns status names and statuses.
-
+    ``report`` returns the statuses by name, given the time since the last report [s]. The timer
+    uses steady time, so diagnostics continue while simulated time stands still.
     """
 
     def __init__(self, node: Node, hardware_id: str,

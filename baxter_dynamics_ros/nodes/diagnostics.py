@@ -7,17 +7,14 @@ from typing import cast
 from rclpy.node import Node
 
 from .diagnostic_updater import ERROR, OK, STALE, Status, WARN
-from .message_loss import MessageLoss
-from .period import PeriodStatistics
 from .process import GuardedExecutor
-from .services import RecentSteps
+from .statistics import MAX_AGE, MessageLoss, PeriodStatistics, RecentSteps
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, REMEDIES, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
 from ..model.arrays import Bools
 from ..model.joints import JOINTS
 
-STALE_AFTER = 1.0  # time without a valid joint state of the arm [s]
 LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
 _LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]
 _GRACE = 2.0  # time allowed beyond the settling time of the filter [s]
@@ -51,7 +48,7 @@ class PredictorDiagnostics:
         executor = cast(GuardedExecutor, self.node.executor)
         self.statistics.close(Counter({**self.predictor.counts, 'lost': self.loss.lost,
                                        'failed': executor.failures}), period)
-        self._is_stale = self.recent.age > STALE_AFTER
+        self._is_stale = self.recent.age > MAX_AGE
         return {'input': self._input(), 'stamps': self._stamps(), 'filter': self._filter(),
                 'effort': self._effort(), 'residual': self._residual(),
                 'external': self._external(), 'callbacks': self._callbacks(executor)}
@@ -59,31 +56,27 @@ class PredictorDiagnostics:
     def _input(self) -> Status:
         types = sorted({publisher.topic_type for publisher in
                         self.node.get_publishers_info_by_topic(self.topic)})
-        status = self._remedies(_INPUT_EVENTS, f'receiving joint states on {self.topic}')
+        selector, lost = self.predictor.stream.selector, self.statistics.since('lost')
+        problems = self._remedies(_INPUT_EVENTS)
         mismatch = self.predictor.stream.velocity_check.mismatch
-        if mismatch is not None and status.level == WARN:
-            status.message += (
-                '; {joint} moved {moved:.3f} rad in {duration:.1f} s according to position, '
-                '{integrated:.3f} rad according to velocity').format(**mismatch._asdict())
-        lost = self.statistics.since('lost')
+        if mismatch is not None and problems:
+            problems.append('{joint} moved {moved:.3f} rad in {duration:.1f} s according to '
+                            'position, {integrated:.3f} rad according to velocity'.format(
+                                **mismatch._asdict()))
         if lost:
-            status.level = WARN
-            status.message += f'; {lost} messages lost in transport'
-        if self._is_stale:
-            if status.level == OK:
-                status = Status(STALE, self._cause_of_silence(types))
-            else:  # messages arrive but none is valid
-                status.level = ERROR
-        selector = self.predictor.stream.selector
-        status.values = {
-            'rate [Hz]': f'{self.statistics.rate:.1f}',
-            'age [s]': f'{self.recent.age:.3f}',
-            'publishers': self.node.count_publishers(self.topic),
-            'types seen': ', '.join(types) or 'none',
-            'joints looked for': ' '.join(selector.names),
-            'other joints seen': _listed(selector.other_names or ()) or 'none',
-            **self._counts('lost', 'received', *_INPUT_EVENTS)}
-        return status
+            problems.append(f'{lost} messages lost in transport')
+        return _status(
+            {'rate [Hz]': f'{self.statistics.rate:.1f}',
+             'age [s]': f'{self.recent.age:.3f}',
+             'publishers': self.node.count_publishers(self.topic),
+             'types seen': ', '.join(types) or 'none',
+             'joints looked for': ' '.join(selector.names),
+             'other joints seen': _listed(selector.other_names or ()) or 'none',
+             **self._counts('lost', 'received', *_INPUT_EVENTS)},
+            # Stale with problems: messages arrive but none is valid.
+            (problems, ERROR if self._is_stale else WARN, '; '.join(problems)),
+            (self._is_stale, STALE, self._cause_of_silence(types)),
+            (True, OK, f'receiving joint states on {self.topic}'))
 
     def _cause_of_silence(self, types: list[str]) -> str:
         """Return why no joint states of the arm arrive."""
@@ -102,61 +95,54 @@ class PredictorDiagnostics:
                 f'{self.node.count_publishers(topic)}')
 
     def _stamps(self) -> Status:
-        clock = self.predictor.stream.clock
-        is_locked = clock.retimed and clock.period
-        if self._is_stale:
-            status = Status(STALE, 'waiting for joint states')
-        elif not clock.retimed or clock.period:
-            status = Status(OK, _CLOCKS[clock.source])
-        elif self.statistics.dry > _LOCKS_WITHIN:
-            status = Status(WARN, 'no predictions: messages do not arrive at a steady rate')
-        else:
-            status = Status(OK, 'estimating the period of the messages')
+        clock, estimator = self.predictor.stream.clock, self.predictor.estimator
         accepted, predicted = self.recent.accepted, self.recent.predicted
-        estimator = self.predictor.estimator
-        delays = {
-            'predictions': (predicted and predicted.delay, estimator.delay),
-            'external effort': (accepted and accepted.external_delay, estimator.velocity_lag)}
-        status.values = {
-            'source': clock.source,
-            're-timed': clock.retimed,
-            **({'newest stamp [s]': f'{accepted.state.stamp_ns * 1e-9:.3f}'}
-               if accepted and accepted.state else {}),
-            **({'period [s]': f'{clock.period:.6f}',
-                'jitter of arrival [s]': f'{clock.jitter:.4f}'} if is_locked else {}),
-            **self._counts(Event.AWAITING_PERIOD),
-            **{f'delay of {result} [s]': f'{nominal if delay is None else delay:.4f}'
-               for result, (delay, nominal) in delays.items()}}
-        return status
+        is_searching = clock.retimed and not clock.period
+        values = {'source': clock.source, 're-timed': clock.retimed}
+        if accepted and accepted.state:
+            values['newest stamp [s]'] = f'{accepted.state.stamp_ns * 1e-9:.3f}'
+        if clock.retimed and clock.period:
+            values['period [s]'] = f'{clock.period:.6f}'
+            values['jitter of arrival [s]'] = f'{clock.jitter:.4f}'
+        for result, delay, nominal in (
+                ('predictions', predicted and predicted.delay, estimator.delay),
+                ('external effort', accepted and accepted.external_delay,
+                 estimator.velocity_lag)):
+            values[f'delay of {result} [s]'] = f'{nominal if delay is None else delay:.4f}'
+        return _status(
+            {**values, **self._counts(Event.AWAITING_PERIOD)},
+            (self._is_stale, STALE, 'waiting for joint states'),
+            (not is_searching, OK, _CLOCKS[clock.source]),
+            (self.statistics.dry > _LOCKS_WITHIN, WARN,
+             'no predictions: messages do not arrive at a steady rate'),
+            (True, OK, 'estimating the period of the messages'))
 
     def _filter(self) -> Status:
         estimator, statistics = self.predictor.estimator, self.statistics
         needed = _SAMPLES_PER_CYCLE * estimator.cutoff
         state = ('waiting' if self._is_stale else
                  'running' if statistics.since('predicted') else 'settling')
-        status = self._remedies(_FILTER_EVENTS, f'acceleration filter is {state}')
-        if status.level == WARN:
-            pass
-        elif 0.0 < statistics.highest_rate < needed:
-            status = Status(WARN, f'acceleration.cutoff requires at least {needed:g} joint states '
-                            'per second: lower the cut-off or raise the rate')
-        elif statistics.dry > estimator.settling_time + _GRACE:
-            status = Status(WARN, 'acceleration filter does not settle although joint states '
-                            'arrive: see the status input and the counts of resets')
-        elif self._is_stale:
-            status = Status(STALE, 'waiting for joint states')
-        status.values = {'state': state, 'settling time [s]': f'{estimator.settling_time:.3f}',
-                         **self._counts('predicted', *_FILTER_EVENTS)}
-        return status
+        problems = self._remedies(_FILTER_EVENTS)
+        return _status(
+            {'state': state, 'settling time [s]': f'{estimator.settling_time:.3f}',
+             **self._counts('predicted', *_FILTER_EVENTS)},
+            (problems, WARN, '; '.join(problems)),
+            (0.0 < statistics.highest_rate < needed, WARN,
+             f'acceleration.cutoff requires at least {needed:g} joint states per second: lower '
+             'the cut-off or raise the rate'),
+            (statistics.dry > estimator.settling_time + _GRACE, WARN,
+             'acceleration filter does not settle although joint states arrive: see the status '
+             'input and the counts of resets'),
+            (self._is_stale, STALE, 'waiting for joint states'),
+            (True, OK, f'acceleration filter is {state}'))
 
     def _effort(self) -> Status:
-        status = self._remedies(NO_EFFORT, 'measured effort is valid')
-        is_valid: object = status.level == OK
-        if self._is_stale:
-            is_valid = 'unknown'
-            status = Status(STALE, 'no measured effort: waiting for joint states')
-        status.values = {'valid': is_valid, **self._counts(*NO_EFFORT)}
-        return status
+        problems = self._remedies(NO_EFFORT)
+        return _status(
+            {'valid': 'unknown' if self._is_stale else not problems, **self._counts(*NO_EFFORT)},
+            (self._is_stale, STALE, 'no measured effort: waiting for joint states'),
+            (problems, WARN, '; '.join(problems)),
+            (True, OK, 'measured effort is valid'))
 
     def _residual(self) -> Status:
         rms = self.statistics.residual_rms
@@ -171,59 +157,55 @@ class PredictorDiagnostics:
     def _external(self) -> Status:
         external = cast(ExternalEffort, self.predictor.external)
         detector, unexplained = external.detector, self.statistics.unexplained
+        is_missing = self._is_stale or not self.statistics.since('external')
+        is_unknown = is_missing or external.is_too_slow or detector.is_settling
         joints = _named(detector.joints)
-        contact: object = detector.in_contact
-        if self._is_stale or not self.statistics.since('external'):
-            status = Status(STALE, 'no external effort: see the statuses input and effort')
-            contact = 'unknown'
-        elif external.is_too_slow:
-            status = Status(WARN, 'contact is not published: its detection requires at least '
-                            f'{LOWEST_RATE:g} joint states per second')
-            contact = 'unknown'
-        elif detector.is_settling:
-            status = Status(OK, 'momentum observer is settling: contact is not published yet')
-            contact = 'unknown'
-        elif detector.in_contact and detector.duration > LONG_CONTACT:
-            status = Status(
-                WARN, f'contact at {joints} for over {LONG_CONTACT:.0f} s: if nothing touches the '
-                'arm, the model lacks a load; set payload.* or calibrate, then call the service '
-                'reset')
-        elif detector.in_contact:
-            status = Status(OK, f'contact at {joints}')
-        else:
-            status = Status(OK, 'no contact' if detector.has_learnt else
-                            'no contact; still learning the thresholds from free motion')
+        status = _status(
+            {'contact': 'unknown' if is_unknown else detector.in_contact,
+             'contact for [s]': f'{detector.duration:.1f}',
+             'joints in contact': joints,
+             'joints in contact in the last period': _named(self.statistics.touched),
+             'wrenches withheld': self.statistics.counts['withheld'],
+             'unexplained by a wrench [N m]': (
+                 'none' if unexplained is None else f'{unexplained:.3f}'),
+             **{f'{joint} {name} [N m]': f'{value:.3f}' for name, values in (
+                 ('bias', detector.bias), ('sigma', detector.sigma),
+                 ('threshold', detector.threshold)) for joint, value in zip(JOINTS, values)}},
+            (is_missing, STALE, 'no external effort: see the statuses input and effort'),
+            (external.is_too_slow, WARN, 'contact is not published: its detection requires at '
+             f'least {LOWEST_RATE:g} joint states per second'),
+            (detector.is_settling, OK,
+             'momentum observer is settling: contact is not published yet'),
+            (detector.in_contact and detector.duration > LONG_CONTACT, WARN,
+             f'contact at {joints} for over {LONG_CONTACT:.0f} s: if nothing touches the arm, the '
+             'model lacks a load; set payload.* or calibrate, then call the service reset'),
+            (detector.in_contact, OK, f'contact at {joints}'),
+            (detector.has_learnt, OK, 'no contact'),
+            (True, OK, 'no contact; still learning the thresholds from free motion'))
         if self.statistics.since('withheld'):
             status.message += '; wrench not published near a singularity of the hand'
-        status.values = {
-            'contact': contact,
-            'contact for [s]': f'{detector.duration:.1f}',
-            'joints in contact': joints,
-            'joints in contact in the last period': _named(self.statistics.touched),
-            'wrenches withheld': self.statistics.counts['withheld'],
-            'unexplained by a wrench [N m]': (
-                'none' if unexplained is None else f'{unexplained:.3f}'),
-            **{f'{joint} {name} [N m]': f'{value:.3f}' for name, values in (
-                ('bias', detector.bias), ('sigma', detector.sigma),
-                ('threshold', detector.threshold)) for joint, value in zip(JOINTS, values)}}
         return status
 
     def _callbacks(self, executor: GuardedExecutor) -> Status:
-        values = {**self._counts('failed'), 'last failure': executor.last_failure or 'none'}
-        if self.statistics.since('failed'):
-            return Status(WARN, 'a callback failed in the last second: '
-                          f'{executor.last_failure}', values)
-        return Status(OK, 'no callback failures', values)
+        return _status(
+            {**self._counts('failed'), 'last failure': executor.last_failure or 'none'},
+            (self.statistics.since('failed'), WARN,
+             f'a callback failed in the last second: {executor.last_failure}'),
+            (True, OK, 'no callback failures'))
 
-    def _remedies(self, events: tuple[Event, ...], otherwise: str) -> Status:
-        """Return WARN with the remedies of events in the last period; OK if there were none."""
-        remedies = [REMEDIES[event] for event in events
-                    if event in REMEDIES and self.statistics.since(event)]
-        return Status(WARN, '; '.join(remedies)) if remedies else Status(OK, otherwise)
+    def _remedies(self, events: tuple[Event, ...]) -> list[str]:
+        """Return the remedies of events in the last period."""
+        return [REMEDIES[event] for event in events
+                if event in REMEDIES and self.statistics.since(event)]
 
     def _counts(self, *events: Event | str) -> dict[str, object]:
         return {event.value if isinstance(event, Event) else event: self.statistics.counts[event]
                 for event in events}
+
+
+def _status(values: dict[str, object], *cases: tuple[object, bytes, str]) -> Status:
+    """Return a status with level and message of the first case whose condition holds."""
+    return next(Status(level, message, values) for holds, level, message in cases if holds)
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -105,7 +105,11 @@ class FakeBaxterNode(ParameterNode):
         while self._states.due_ns <= now:  # stamps are never in the future
             stamp, names, *fields = self._states.take()
             self._publisher.publish(joint_state(names, stamp, *fields))
-        self._log_command_source()
+        if self._baxter.is_commanded is not self._was_commanded:
+            self._was_commanded = self._baxter.is_commanded
+            self.get_logger().info(
+                'receiving torque commands: applying them without gravity compensation'
+                if self._was_commanded else 'torque commands ended: holding the present position')
 
     def _on_command(self, message: JointState) -> None:
         """Apply a torque command, or reject it entirely."""
@@ -127,13 +131,6 @@ class FakeBaxterNode(ParameterNode):
             raise ArgumentError('effort', f'expected {len(message.name)} values, one per name, '
                                 f'got {len(message.effort)}')
         return from_field(message.effort)[layout]
-
-    def _log_command_source(self) -> None:
-        if self._baxter.is_commanded is not self._was_commanded:
-            self._was_commanded = self._baxter.is_commanded
-            self.get_logger().info(
-                'receiving torque commands: applying them without gravity compensation'
-                if self._was_commanded else 'torque commands ended: holding the present position')
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,58 +1,25 @@
 """Services of one arm: gravity torques and inverse dynamics."""
 
 from array import array
-from collections.abc import Callable
-import time
 from typing import Any, NamedTuple
 
 import numpy as np
 from sensor_msgs.msg import JointState
 
 from .messages import from_field, joint_state, stamp_ns, to_field
+from .statistics import MAX_AGE, RecentSteps
 from ..estimation.arm_model import ArmModel
 from ..estimation.events import Event, REMEDIES
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
-from ..estimation.predictor import Predictor, Step
+from ..estimation.predictor import Predictor
 from ..model.arrays import Array, finite, Indices
 from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS
 
-MAX_AGE = 1.0  # age from which a measured state is out of date [s]
 # Largest plausible values of a request [rad, rad/s, rad/s^2].
 _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,
               'acceleration': 1e4}
 _ZERO = np.zeros(N_JOINTS)
-
-
-class RecentSteps:
-    """Newest results of a stream, with their age by a clock [s]."""
-
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.accepted: Step | None = None  # of the last accepted joint state
-        # Of the last one with a prediction; None after a restart of the stream.
-        self.predicted: Step | None = None
-        self._clock = clock
-        self._accepted_at = self._predicted_at = -float('inf')  # [s]
-
-    @property
-    def age(self) -> float:
-        """Time since the last accepted joint state [s]; infinite if there was none."""
-        return self._clock() - self._accepted_at
-
-    @property
-    def prediction_age(self) -> float:
-        """Time since the last prediction [s]; infinite if there was none."""
-        return self._clock() - self._predicted_at
-
-    def add(self, step: Step) -> None:
-        """Remember a step."""
-        if step.dropped is not None:
-            return
-        self.accepted, self._accepted_at = step, self._clock()
-        if step.begins:
-            self.predicted = None
-        if step.estimate is not None:
-            self.predicted, self._predicted_at = step, self._accepted_at
 
 
 class _Motion(NamedTuple):
@@ -80,7 +47,7 @@ class DynamicsServices:
             motion = (self._given(request.state) if len(request.state.name)
                       else self._latest(request.state))
         except ArgumentError as error:
-            response.success, response.message = False, str(error)
+            response.message = str(error)
             return response
         model = self._predictor.model
         gravity = model.arm.gravity(motion.q)
@@ -94,13 +61,12 @@ class DynamicsServices:
     def inverse_dynamics(self, request: Any, response: Any) -> Any:
         """Handle a request of ``InverseDynamics``."""
         try:
-            motion = (self._given(request.state, request.acceleration)
-                      if len(request.state.name)
-                      else self._estimate(request.state, request.acceleration))
+            origin, stamp, q, qd, qdd, presliding = (
+                self._given(request.state, request.acceleration) if len(request.state.name)
+                else self._estimate(request.state, request.acceleration))
         except ArgumentError as error:
-            response.success, response.message = False, str(error)
+            response.message = str(error)
             return response
-        origin, stamp, q, qd, qdd, presliding = motion
         model = self._predictor.model
         mass, coriolis, gravity = model.arm.terms(q, qd)
         inertial, velocity = mass @ qdd, coriolis @ qd
@@ -148,12 +114,12 @@ class DynamicsServices:
                                 'give the state as well, or leave both empty')
         latest = self._latest(state)
         now = self._recent.predicted and self._recent.predicted.estimate
-        if now is None or self._recent.prediction_age > MAX_AGE:
+        behind = 0.0 if now is None else (latest.stamp_ns - now.stamp_ns) * 1e-9  # [s]
+        if now is None or behind > MAX_AGE:
             raise ArgumentError('state', 'the acceleration filter has no estimate yet: it settles '
                                 f'within {self._predictor.estimator.settling_time:.2f} s of a '
                                 'start; if it does not, see the diagnostics')
-        behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
-        return _Motion(f'the estimate for {behind:.0f} ms before {latest.origin}',
+        return _Motion(f'the estimate for {1e3 * behind:.0f} ms before {latest.origin}',
                        now.stamp_ns, now.q, now.qd, now.qdd, now.presliding)
 
     def _layout(self, state: JointState) -> Indices:

@@ -12,14 +12,13 @@ from . import topics
 from .calibrate import CalibrateAction
 from .diagnostic_updater import DiagnosticUpdater
 from .diagnostics import PredictorDiagnostics
-from .message_loss import MessageLoss
 from .messages import from_field, stamp_ns
-from .period import PeriodStatistics
 from .process import run
 from .publishers import ResultPublishers
 from .rclpy_internals import take_waiting
 from .ros_parameters import ParameterNode
-from .services import DynamicsServices, RecentSteps
+from .services import DynamicsServices
+from .statistics import MessageLoss, PeriodStatistics, RecentSteps
 from .zero import ZeroService
 from ..estimation.explanation import ResidualExplainer
 from ..estimation.predictor import Predictor
@@ -51,8 +50,8 @@ class TorquePredictor(ParameterNode):
                 matched=lambda info: self._loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
-        self._explained = self._predictor.model
-        self._explainer = ResidualExplainer(self._explained.arm, self._explained.effort_model)
+        self._model = settings.model  # that the explainer knows
+        self._explainer = ResidualExplainer(self._model.arm, self._model.effort_model)
         self._explained_ns = 0  # stamp of the last prediction that was explained
         self._diagnostics = PredictorDiagnostics(
             self, topic, self._predictor, self._recent, self._statistics, self._loss)
@@ -100,19 +99,15 @@ class TorquePredictor(ParameterNode):
         self._results.publish(step)
         self._zero.add(step)
         if step.prediction is not None:
-            if self._explained is not self._predictor.model:
-                self._explained = self._predictor.model
-                self._explainer.configure(self._explained.arm, self._explained.effort_model)
+            if self._model is not self._predictor.model:
+                self._model = self._predictor.model
+                self._explainer.configure(self._model.arm, self._model.effort_model)
             self._explainer.add(step.prediction, step.external and step.external.contact)
         if self._calibrate is not None:
             self._calibrate.add(message, received_ns, step)
 
     def _explain(self) -> None:
-        """
-        Explain the residual once a second.
-
-        This takes milliseconds, so it follows a joint state, when the next is not due yet.
-        """
+        """Explain the residual once a second, after a joint state, when the next is not due."""
         prediction = self._recent.predicted and self._recent.predicted.prediction
         if prediction is None or 0 <= prediction.stamp_ns - self._explained_ns < _EXPLAIN_PERIOD:
             return

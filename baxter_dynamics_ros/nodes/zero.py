@@ -1,18 +1,22 @@
-"""Service zero: adds the mean residual to the bias of measured effort."""
+"""Requests that wait for joint states; service zero, which adds the mean residual to the bias."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 import time
 
 import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from . import topics
 from .ros_parameters import ParameterNode
-from .services import MAX_AGE, RecentSteps
-from .waiting import pause, RefusedError
+from .statistics import MAX_AGE, RecentSteps
 from ..estimation.predictor import Predictor, Step
 from ..model.arrays import Array
+from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
 
 DURATION = 3.0  # of the residuals, on the clock of the stamps [s]
@@ -21,7 +25,49 @@ _CHECK_PERIOD = 0.1  # [s]
 BIAS = 'effort_model.bias'
 
 
-class ZeroService:
+class RefusedError(BaxterDynamicsError):
+    """A request that cannot be carried out, with the reason."""
+
+
+class WaitingRequest:
+    """Request whose callback waits for joint states; one runs at a time."""
+
+    def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps) -> None:
+        self._node = node
+        self._predictor = predictor
+        self._recent = recent
+        self._is_running = False
+        # A mutually exclusive group blocks its other callbacks while one of them waits.
+        self._group = ReentrantCallbackGroup()
+
+    @contextmanager
+    def _only(self, name: str) -> Iterator[None]:
+        """Refuse a second request meanwhile."""
+        if self._is_running:
+            raise RefusedError(f'another {name} is running')
+        self._is_running = True
+        try:
+            yield
+        finally:
+            self._is_running = False
+
+    async def _pause(self, seconds: float) -> None:
+        """Let other callbacks run for some time [s]."""
+        future = Future()
+        timer = self._node.create_timer(
+            seconds, lambda: future.done() or future.set_result(None),
+            callback_group=self._group, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        try:
+            await future
+        finally:
+            self._node.destroy_timer(timer)
+
+    def _refuse_old_states(self) -> None:
+        if self._recent.age > MAX_AGE:
+            raise RefusedError('no valid joint states arrive: see the status input')
+
+
+class ZeroService(WaitingRequest):
     """
     Service that sets the bias so that the mean residual becomes zero.
 
@@ -30,75 +76,46 @@ class ZeroService:
     """
 
     def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps) -> None:
-        self._node = node
-        self._predictor = predictor
-        self._recent = recent
-        self._is_running = False
-        self._begin()
-        self._group = ReentrantCallbackGroup()
+        super().__init__(node, predictor, recent)
+        self._steps: list[Step] = []
         node.create_service(Trigger, f'~/{topics.ZERO}', self._on_request,
                             callback_group=self._group)
 
-    def _begin(self) -> None:
-        self._residuals: list[Array] = []
-        self._contact: bool | None = None
-        self._problem = ''
-        self._begin_ns = self._end_ns = 0  # stamps of the first and last residual
-
     def add(self, step: Step) -> None:
         """Add the results of a joint state while a request waits for them."""
-        if not self._is_running or step.dropped is not None:
-            return
-        external, prediction = step.external, step.prediction
-        contact = None if external is None else external.contact
-        if step.begins:
-            self._problem = 'the joint states were interrupted'
-        elif prediction is not None and prediction.residual is None:
-            self._problem = 'there is no measured effort: see the status effort'
-        elif contact is not None:
-            if self._contact not in (None, contact):
-                self._problem = (f'contact {"began" if contact else "ended"} meanwhile: let '
-                                 'nothing touch the arm')
-            self._contact = contact
-            if prediction is not None and prediction.residual is not None:
-                self._residuals.append(prediction.residual)
-                self._end_ns = prediction.stamp_ns
-                self._begin_ns = self._begin_ns or prediction.stamp_ns
+        if self._is_running and step.dropped is None:
+            self._steps.append(step)
 
     async def _on_request(self, request: Trigger.Request,
                           response: Trigger.Response) -> Trigger.Response:
         try:
-            if self._is_running:
-                raise RefusedError('another request is running')
-            response.message = self._set_bias(await self._collect())
+            if not self._node.values['effort_model.enabled']:
+                raise RefusedError('effort_model.enabled is false, so the bias has no effect')
+            with self._only('request'):
+                response.message = self._set_bias(await self._collect())
             response.success = True
         except RefusedError as error:
             response.message = f'nothing was changed: {error}'
         return response
 
-    async def _collect(self) -> Array:
-        """Return residuals (n, 7) [N m]."""
-        if not self._node.values['effort_model.enabled']:
-            raise RefusedError('effort_model.enabled is false, so the bias has no effect')
-        self._begin()
+    async def _collect(self) -> list[Step]:
+        """Return steps whose residuals cover the duration."""
+        self._steps = []
         limit = time.monotonic() + _PATIENCE
-        self._is_running = True
-        try:
-            while (self._end_ns - self._begin_ns) * 1e-9 < DURATION:
-                if self._recent.age > MAX_AGE:
-                    raise RefusedError('no valid joint states arrive: see the status input')
-                if time.monotonic() > limit:
-                    raise RefusedError(f'no {DURATION:g} s of residuals within {_PATIENCE:g} s: '
-                                       'see the statuses filter and external')
-                await pause(self._node, self._group, _CHECK_PERIOD)
-                if self._problem:
-                    raise RefusedError(self._problem)
-        finally:
-            self._is_running = False
-        return np.array(self._residuals)
+        steps: list[Step] = []
+        while _duration(steps) < DURATION:
+            self._refuse_old_states()
+            if time.monotonic() > limit:
+                raise RefusedError(f'no {DURATION:g} s of residuals within {_PATIENCE:g} s: see '
+                                   'the statuses filter and external')
+            await self._pause(_CHECK_PERIOD)
+            steps = _usable(self._steps)
+        return steps
 
-    def _set_bias(self, residuals: Array) -> str:
+    def _set_bias(self, steps: list[Step]) -> str:
         """Set the parameter; return a description of the change."""
+        residuals = np.array([step.prediction.residual for step in steps if step.prediction])
+        is_touched = any(step.external.contact for step in steps if step.external)
         crosstalk = np.eye(N_JOINTS) + self._predictor.model.effort_model.crosstalk
         change = np.linalg.solve(crosstalk, residuals.mean(axis=0))
         bias = (np.array(self._node.values[BIAS]) + change).tolist()
@@ -108,5 +125,26 @@ class ZeroService:
         found = ', '.join(f'{joint} {x:+.2f}' for joint, x in zip(JOINTS, change))
         spread = ', '.join(f'{x:.2f}' for x in residuals.std(axis=0))
         return (f'added to {BIAS}: {found} N m; standard deviation of the residual {spread} N m'
-                + bool(self._contact) * '; contact was reported throughout, which is right only '
-                'if nothing touches the arm')
+                + is_touched * '; contact was reported throughout, which is right only if '
+                'nothing touches the arm')
+
+
+def _usable(steps: list[Step]) -> list[Step]:
+    """Return the steps with residual and contact; raise RefusedError if some forbid the change."""
+    if any(step.begins for step in steps):
+        raise RefusedError('the joint states were interrupted')
+    if any(step.prediction and step.prediction.residual is None for step in steps):
+        raise RefusedError('there is no measured effort: see the status effort')
+    contacts = [step.external.contact for step in steps
+                if step.external and step.external.contact is not None]
+    if len(set(contacts)) > 1:
+        raise RefusedError(f'contact {"ended" if contacts[0] else "began"} meanwhile: let nothing '
+                           'touch the arm')
+    return [step for step in steps if step.prediction and step.external
+            and step.external.contact is not None]
+
+
+def _duration(steps: list[Step]) -> float:
+    """Return the time from the first to the last prediction [s]."""
+    stamps = [step.prediction.stamp_ns for step in steps if step.prediction]
+    return float(stamps[-1] - stamps[0]) * 1e-9 if stamps else 0.0

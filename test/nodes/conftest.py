@@ -1,6 +1,6 @@
 """Fixtures of the node tests: real processes, real DDS, in a domain of their own."""
 
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 import json
 import os
 import subprocess
@@ -16,11 +16,13 @@ from baxter_dynamics_ros.cli.processes import NodeProcess  # noqa: E402, I100
 from baxter_dynamics_ros.model.joints import joint_names  # noqa: E402
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns  # noqa: E402
+from baxter_dynamics_ros.nodes.rclpy_internals import take_waiting  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 
-DISCOVERY = 15.0  # [s]
+PATIENCE = 30.0  # for what a busy machine may delay [s]
 
 # Tests that count messages must not lose any on a busy machine, so they override the default.
 LOSSLESS = ('-p', 'qos_overrides./robot/joint_states.subscription.reliability:=reliable',
@@ -53,13 +55,24 @@ class Robot(Node):
 
     def __init__(self):
         super().__init__('robot')
-        self.predicted, self.residual, self.diagnostics, self.joint_states = [], [], [], []
+        self.predicted, self.residual, self.diagnostics = [], [], []
         self.publisher = self.create_publisher(JointState, topics.JOINT_STATES, 1000)
         for topic, kind, kept in (
                 ('/torque_predictor/predicted_effort', JointState, self.predicted),
                 ('/torque_predictor/effort_residual', JointState, self.residual),
                 ('/diagnostics', DiagnosticArray, self.diagnostics)):
             self.create_subscription(kind, topic, kept.append, 1000)
+        self.acts = False  # whether it has a client of an action
+        self._own = {*self.subscriptions, *self.publishers}
+
+    def forget(self):
+        """Forget all messages, and end what a test has added."""
+        for kept in (self.predicted, self.residual, self.diagnostics):
+            kept.clear()
+        for each in {*self.subscriptions, *self.publishers, *self.clients} - self._own:
+            for destroy in (self.destroy_subscription, self.destroy_publisher,
+                            self.destroy_client):
+                destroy(each)
 
     def listen(self, kind, topic: str) -> list:
         """Return the list in which the messages of a topic gather, once somebody publishes it."""
@@ -72,7 +85,7 @@ class Robot(Node):
         """Let messages come in for a while."""
         self.until(lambda: False, seconds, fail=False)
 
-    def until(self, condition, seconds: float = DISCOVERY, fail: bool = True):
+    def until(self, condition, seconds: float = PATIENCE, fail: bool = True):
         """Let messages come in until a condition holds; fail when it does not in time."""
         limit = time.monotonic() + seconds
         while not condition():
@@ -80,7 +93,12 @@ class Robot(Node):
             if left <= 0.0:
                 assert not fail, f'nothing within {seconds} s'
                 return
-            rclpy.spin_once(self, timeout_sec=min(left, 0.05))
+            for subscription in list(self.subscriptions):  # cheaper than an executor
+                for message, _ in take_waiting(subscription, 1000):
+                    subscription.callback(message)
+            if self.acts or any(True for _ in self.clients):
+                rclpy.spin_once(self, timeout_sec=0.0)
+            time.sleep(min(left, 0.002))
 
     def wait_for_node(self):
         """Wait until the predictor is subscribed to and by us."""
@@ -104,7 +122,7 @@ class Robot(Node):
             fields.append(row)
         self.send(stamp, SDK_NAMES, *fields)
 
-    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.004):
+    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.002):
         """
         Publish rows (q, qd, effort) with stamps 10 ms apart; return the last stamp.
 
@@ -120,7 +138,7 @@ class Robot(Node):
     def call(self, kind, name: str, request=None):
         """Call a service of the node."""
         client = self.create_client(kind, '/torque_predictor/' + name)
-        assert client.wait_for_service(timeout_sec=DISCOVERY), f'no service {name}'
+        assert client.wait_for_service(timeout_sec=PATIENCE), f'no service {name}'
         future = client.call_async(request or kind.Request())
         rclpy.spin_until_future_complete(self, future, timeout_sec=30.0)
         assert future.done(), f'no answer of {name}'
@@ -141,6 +159,34 @@ class Robot(Node):
         return self.statuses(node)[-1]
 
 
+class SharedPredictor:
+    """The predictor of a file of tests; a test with the same arguments uses it after a reset."""
+
+    def __init__(self, robot):
+        self.robot = robot
+        self._process = self._key = None
+
+    def start(self, arguments, environment) -> NodeProcess:
+        """Return a predictor that knows no joint state yet."""
+        key = arguments, environment
+        if self._process is None or self._process.exit_code is not None or key != self._key:
+            self.end()
+            self._key = key
+            self._process = NodeProcess('torque_predictor', [
+                '--ros-args', *LOSSLESS, *arguments], {**os.environ, **environment})
+            self.robot.wait_for_node()
+        else:
+            self.robot.call(Trigger, 'reset')
+        return self._process
+
+    def end(self):
+        """End the predictor, if there is one."""
+        if self._process is not None:
+            with self._process:
+                self._process = None
+            self.robot.until(lambda: self.robot.publisher.get_subscription_count() == 0)
+
+
 @pytest.fixture(scope='session')
 def domain():
     """Keep this run's DDS traffic to itself, in this process and in its children."""
@@ -148,9 +194,9 @@ def domain():
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 
-@pytest.fixture
-def robot(domain):
-    """Return the test's own ROS node."""
+@contextmanager
+def new_robot():
+    """Start a robot's node; end it at last."""
     rclpy.init(args=[])
     node = Robot()
     yield node
@@ -158,11 +204,34 @@ def robot(domain):
     rclpy.try_shutdown()
 
 
+@pytest.fixture(scope='module')
+def share_nodes(domain):
+    """Share one robot and, among tests with the same arguments, one predictor in a file."""
+    with new_robot() as robot:
+        predictor = SharedPredictor(robot)
+        yield predictor
+        predictor.end()
+
+
 @pytest.fixture
-def start(domain):
+def robot(request, domain):
+    """Return the test's own ROS node."""
+    if 'share_nodes' in request.fixturenames:
+        shared = request.getfixturevalue('share_nodes').robot
+        shared.forget()
+        yield shared
+    else:
+        with new_robot() as own:
+            yield own
+
+
+@pytest.fixture
+def start(request, domain):
     """Return a function that starts an executable with ROS arguments; all end with the test."""
     with ExitStack() as stack:
         def start_(executable: str, *arguments, **environment) -> NodeProcess:
+            if executable == 'torque_predictor' and 'share_nodes' in request.fixturenames:
+                request.getfixturevalue('share_nodes').end()
             arguments = ['--ros-args', *arguments] if arguments else []
             return stack.enter_context(
                 NodeProcess(executable, arguments, {**os.environ, **environment}))
@@ -194,9 +263,11 @@ def lossless():
 
 
 @pytest.fixture
-def start_predictor(robot, start):
+def start_predictor(request, robot, start):
     """Return a function that starts the predictor, losing no message, until it listens."""
     def start_(*arguments, **environment) -> NodeProcess:
+        if 'share_nodes' in request.fixturenames:
+            return request.getfixturevalue('share_nodes').start(arguments, environment)
         process = start('torque_predictor', *LOSSLESS, *arguments, **environment)
         robot.wait_for_node()
         return process
