@@ -1,6 +1,7 @@
 """Fixtures of the node tests: real processes, real DDS, in a domain of their own."""
 
 from contextlib import contextmanager, ExitStack
+from itertools import cycle
 import json
 import os
 import subprocess
@@ -26,7 +27,7 @@ PATIENCE = 30.0  # for what a busy machine may delay [s]
 
 # Tests that count messages must not lose any on a busy machine, so they override the default.
 LOSSLESS = ('-p', 'qos_overrides./robot/joint_states.subscription.reliability:=reliable',
-            '-p', 'qos_overrides./robot/joint_states.subscription.depth:=1000')
+            '-p', 'qos_overrides./robot/joint_states.subscription.depth:=5000')
 
 # The order in which the robot publishes, written out: 17 joints, alphabetical within an arm.
 SDK_NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_w2 right_e0 '
@@ -56,7 +57,7 @@ class Robot(Node):
     def __init__(self):
         super().__init__('robot')
         self.predicted, self.residual, self.diagnostics = [], [], []
-        self.publisher = self.create_publisher(JointState, topics.JOINT_STATES, 1000)
+        self.publisher = self.create_publisher(JointState, topics.JOINT_STATES, 5000)
         for topic, kind, kept in (
                 ('/torque_predictor/predicted_effort', JointState, self.predicted),
                 ('/torque_predictor/effort_residual', JointState, self.residual),
@@ -122,7 +123,7 @@ class Robot(Node):
             fields.append(row)
         self.send(stamp, SDK_NAMES, *fields)
 
-    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.002):
+    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.001):
         """
         Publish rows (q, qd, effort) with stamps 10 ms apart; return the last stamp.
 
@@ -134,6 +135,15 @@ class Robot(Node):
             stamp = start + k * 10_000_000
             self.send_arm(stamp, *row, side=side)
         return stamp
+
+    def move_until(self, condition, rows, start: int = 10 ** 18):
+        """Publish rows at 100 Hz, with stamps 10 ms apart, until a condition holds."""
+        for k, row in enumerate(cycle(rows)):
+            if condition():
+                return
+            assert k < 100 * PATIENCE, f'nothing within {PATIENCE} s'
+            self.send_arm(start + k * 10_000_000, *row)
+            self.spin(0.01)
 
     def call(self, kind, name: str, request=None):
         """Call a service of the node."""
