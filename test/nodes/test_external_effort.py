@@ -1,7 +1,11 @@
-"""A push on the fake arm is published as external effort, wrench and contact."""
+"""External effort, wrench, contact, and the payload that explains the residual."""
 
-from baxter_dynamics_ros.model.joints import JOINTS
-from geometry_msgs.msg import WrenchStamped
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model.joints import (joint_names, JOINTS, POSITION_LOWER,
+                                              POSITION_UPPER)
+from baxter_dynamics_ros.nodes.messages import stamp_ns
+from baxter_dynamics_ros.simulation.description import find_description
+from geometry_msgs.msg import InertiaStamped, WrenchStamped
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -12,7 +16,30 @@ from std_msgs.msg import Bool
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
+pytestmark = pytest.mark.usefixtures('share_nodes')
+
 PUSH = np.array([0.0, 0.0, -25.0])  # [N]
+LOAD = 1.0  # [kg]
+CENTER = [0.0, 0.02, 0.1]  # [m]
+POSES = 4
+START = 10 ** 18  # [ns]
+
+
+@pytest.fixture
+def hand(pin):
+    """Return a function: Jacobian (6, 7) of the description's hand in its own axes."""
+    model = pin.buildModelFromUrdf(str(find_description()))
+    frame = model.getFrameId('left_hand_link', pin.FrameType.BODY)
+    index = [model.joints[model.getJointId(name)].idx_q for name in joint_names('left')]
+    columns = [model.joints[model.getJointId(name)].idx_v for name in joint_names('left')]
+    data = model.createData()
+
+    def jacobian(q):
+        full = pin.neutral(model)
+        full[index] = q
+        return pin.computeFrameJacobian(
+            model, data, full, frame, pin.ReferenceFrame.LOCAL)[:, columns]
+    return jacobian
 
 
 @pytest.fixture
@@ -20,56 +47,18 @@ def push(robot, start):
     """Start a fake Baxter that holds still; return a function that sets the force on its hand."""
     start('fake_baxter', '-p', 'trajectory:=hold')
     client = robot.create_client(SetParameters, '/fake_baxter/set_parameters')
-    assert client.wait_for_service(timeout_sec=15.0)
+    assert client.wait_for_service(timeout_sec=30.0)
 
     def set_force(force):
         future = client.call_async(SetParameters.Request(parameters=[
             Parameter('force', value=force.tolist()).to_parameter_msg()]))
-        rclpy.spin_until_future_complete(robot, future, timeout_sec=10.0)
+        rclpy.spin_until_future_complete(robot, future, timeout_sec=30.0)
         return future.result().results[0]
     return set_force
 
 
-def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(robot, push, start_predictor):
-    start_predictor('-p', 'wrench_frame:=base')
-    external = robot.listen(JointState, '/torque_predictor/external_effort')
-    wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
-    contacts = robot.listen(Bool, '/torque_predictor/contact')
-    robot.until(lambda: len(external) > 200)
-    free = np.mean([m.effort for m in external[-50:]], axis=0)
-    residual = np.mean([m.effort for m in robot.residual[-50:]], axis=0)
-    wrench = wrenches[-1].wrench.force.z
-    assert not any(m.data for m in contacts[-150:])
-
-    contacts.clear()
-    refused = push(1e5 * PUSH)
-    assert not refused.successful and 'force' in refused.reason
-    assert push(PUSH).successful
-    robot.until(lambda: any(m.data for m in contacts))
-    _, message, values = robot.report()['external']
-    assert message.startswith('contact at ')
-    assert values['contact'] == 'True'
-    assert 's1' in values['joints in contact']
-    robot.spin(0.5)
-    pushed = np.mean([m.effort for m in external[-20:]], axis=0) - free
-    assert pushed[1] > 10.0  # s1 turns the arm down when positive
-    # The residual has the other sign.
-    np.testing.assert_allclose(
-        np.mean([m.effort for m in robot.residual[-20:]], axis=0) - residual, -pushed, atol=1.0)
-    assert wrenches[-1].header.frame_id == 'base'
-    assert wrenches[-1].wrench.force.z - wrench == pytest.approx(PUSH[2], abs=5.0)
-    assert robot.report()['external'][2]['contact'] == 'True'  # far beyond what a model may lack
-
-    push(np.zeros(3))
-    robot.until(lambda: not contacts[-1].data)
-    by_stamp = {m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec: m for m in external}
-    for m in wrenches:
-        assert m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec in by_stamp
-
-
 def test_topics_without_subscribers_are_not_published(robot, predictor, sine):
-    t = np.arange(100) * 0.01
-    q, qd, _ = sine(t)
+    q, qd, _ = sine(np.arange(100) * 0.01)
     robot.stream(zip(q, qd, q))
     robot.until(lambda: len(robot.predicted) == 79)
     late = robot.listen(Bool, '/torque_predictor/contact')
@@ -82,18 +71,91 @@ def test_the_wrench_is_withheld_with_a_straight_elbow(robot, predictor):
     external = robot.listen(JointState, '/torque_predictor/external_effort')
     straight = np.array([0.1, -0.5, 0.2, 0.16, 0.3, 0.6, -0.2])
     bent = straight + [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-    reports = []
-    for number, q in enumerate((straight, bent)):
-        robot.stream([(q, np.zeros(7), np.ones(7))] * 200, start=10 ** 18 + number * 10 ** 10,
-                     pace=0.01)
-        robot.until(lambda: len(external) == (197 if number else 0) + 198)
-        reports.append(robot.statuses()[-1]['external'])
-        assert bool(wrenches) == (q is bent)
-    (_, message, keys), (_, later, told) = reports
+
+    def report_on(q, number, condition):
+        robot.diagnostics.clear()
+        robot.move_until(lambda: robot.statuses() and condition(robot.statuses()[-1]['external']),
+                         [(q, np.zeros(7), np.ones(7))], START + number * 10 ** 12)
+        return robot.statuses()[-1]['external']
+
+    _, message, keys = report_on(straight, 0, lambda each: int(each[2]['wrenches withheld']) > 50)
     assert message.endswith('not published near a singularity of the hand')
-    assert int(keys['wrenches withheld']) > 50
     assert keys['unexplained by a wrench [N m]'] == 'none'
-    assert 'singularity' not in later
-    assert float(told['unexplained by a wrench [N m]']) >= 0.0
+    assert external and not wrenches
+    _, message, keys = report_on(bent, 1, lambda each: 'singularity' not in each[1] and wrenches)
+    assert float(keys['unexplained by a wrench [N m]']) >= 0.0
     for name in ('bias', 'sigma', 'threshold'):
-        assert all(np.isfinite(float(told[f'{joint} {name} [N m]'])) for joint in JOINTS)
+        assert all(np.isfinite(float(keys[f'{joint} {name} [N m]'])) for joint in JOINTS)
+
+
+def test_wrench_in_random_poses_is_that_of_the_manufacturers_description(
+        robot, start_predictor, hand, rng):
+    start_predictor('-p', 'arm:=left')
+    wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
+    model = PredictorSettings(arm='left').model
+    for k in range(POSES):
+        q = rng.uniform(0.8 * POSITION_LOWER, 0.8 * POSITION_UPPER)
+        q[3], q[5] = 1.2, 0.9  # clear of singularities
+        wrench = rng.uniform(-20.0, 20.0, 6) * [1, 1, 1, 0.2, 0.2, 0.2]  # [N, N m]
+        still = np.zeros(7)
+        effort = model.effort_model.effort(
+            model.arm.gravity(q) - hand(q).T @ wrench, q, still, still)
+        wrenches.clear()
+        last = robot.stream([(q, still, effort)] * 100, start=START + k * 10 ** 10, side='left')
+        robot.until(lambda: wrenches
+                    and stamp_ns(wrenches[-1].header) > last - 20_000_000)
+        found = wrenches[-1]
+        assert found.header.frame_id == 'left_hand'
+        force, torque = found.wrench.force, found.wrench.torque
+        np.testing.assert_allclose(
+            [force.x, force.y, force.z, torque.x, torque.y, torque.z], wrench, atol=0.05)
+
+
+def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(
+        robot, push, start_predictor, stamps):
+    start_predictor('-p', 'wrench_frame:=base')
+    external = robot.listen(JointState, '/torque_predictor/external_effort')
+    wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
+    contacts = robot.listen(Bool, '/torque_predictor/contact')
+    robot.until(lambda: len(external) > 150)
+    free = np.mean([m.effort for m in external[-50:]], axis=0)
+    residual = np.mean([m.effort for m in robot.residual[-50:]], axis=0)
+    wrench = wrenches[-1].wrench.force.z
+    assert not any(m.data for m in contacts[-50:])
+
+    contacts.clear()
+    refused = push(1e5 * PUSH)
+    assert not refused.successful and 'force' in refused.reason
+    assert push(PUSH).successful
+    robot.until(lambda: any(m.data for m in contacts))
+    _, message, values = robot.report()['external']
+    assert message.startswith('contact at ')
+    assert values['contact'] == 'True'
+    assert 's1' in values['joints in contact']
+    pushed = np.mean([m.effort for m in external[-20:]], axis=0) - free
+    assert pushed[1] > 10.0  # s1 turns the arm down when positive
+    # The residual has the other sign.
+    np.testing.assert_allclose(
+        np.mean([m.effort for m in robot.residual[-20:]], axis=0) - residual, -pushed, atol=1.0)
+    assert wrenches[-1].header.frame_id == 'base'
+    assert wrenches[-1].wrench.force.z - wrench == pytest.approx(PUSH[2], abs=5.0)
+
+    push(np.zeros(3))
+    robot.until(lambda: not contacts[-1].data)
+    assert set(stamps(wrenches)) <= set(stamps(external))
+
+
+def test_a_payload_is_explained_and_published(robot, start, start_predictor, stamps):
+    deviation = (0.5 * np.ones(7)).tolist()  # [N m]
+    start_predictor('-p', f'effort_model.deviation:={deviation}', *(
+        text for of in ('velocity', 'acceleration')
+        for text in ('-p', f'effort_model.deviation_{of}:={[0.0] * 7}')))
+    deviations = robot.listen(JointState, '/torque_predictor/residual_deviation')
+    payloads = robot.listen(InertiaStamped, '/torque_predictor/payload_estimate')
+    start('fake_baxter', '-p', f'payload.mass:={LOAD}', '-p', f'payload.center_of_mass:={CENTER}')
+    robot.until(lambda: payloads and payloads[-1].inertia.m == pytest.approx(LOAD, abs=0.2))
+    assert payloads[-1].header.frame_id == 'right_hand'
+    robot.until(lambda: any(report['residual'][2]['explanation'].startswith('residual is what ')
+                            for report in robot.statuses()))
+    assert deviations and set(stamps(deviations)) <= set(stamps(robot.residual))
+    assert all(list(each.effort) == deviation for each in deviations)

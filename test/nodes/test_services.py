@@ -1,9 +1,6 @@
 """Services gravity_torques and inverse_dynamics."""
 
-import os
-
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
@@ -13,24 +10,18 @@ import pytest
 srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
                           reason='needs pip install ./baxter_dynamics_interfaces')
 
+pytestmark = pytest.mark.usefixtures('share_nodes')
+
 NAMES = joint_names('right')
 Q = np.array([0.3, -0.7, 0.2, 1.1, -0.3, 0.9, 0.4])
 QD = np.array([0.5, -0.4, 0.3, 0.6, -0.7, 0.2, 0.9])
 QDD = np.array([1.0, -2.0, 0.5, 1.5, -3.0, 2.0, 4.0])
 
 
-@pytest.fixture(scope='module')
-def predictor(domain, lossless):
-    """Start a predictor that checks the fields of its messages."""
-    environment = {**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'}
-    with NodeProcess('torque_predictor', ['--ros-args', *lossless], environment) as process:
-        yield process
-
-
 @pytest.fixture
-def node(robot, predictor):
-    """Return the test's own node beside the predictor."""
-    robot.wait_for_node()
+def node(robot, start_predictor):
+    """Return the test's own node beside a predictor that checks the fields of its messages."""
+    start_predictor(ROS_PYTHON_CHECK_FIELDS='1')
     return robot
 
 
@@ -85,7 +76,7 @@ def test_the_answer_says_when_the_spring_is_held(node):
     assert answer.success and 'spring' in answer.message
 
 
-def test_empty_request_is_for_the_latest_state(node, sine):
+def test_empty_request_is_for_the_latest_state_until_it_is_too_old(node, sine):
     t = np.arange(0.0, 1.0, 0.01)
     q, qd, _ = sine(t)
     last = node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
@@ -105,10 +96,6 @@ def test_empty_request_is_for_the_latest_state(node, sine):
     np.testing.assert_array_equal(torque.torque.velocity, newest.velocity)
     np.testing.assert_allclose(torque.actuator_effort, newest.effort, atol=1e-12)
 
-
-def test_a_state_that_is_too_old_is_refused(node, sine):
-    q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
-    node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
     node.spin(1.2)
     for kind, name in ((srv.GravityTorques, 'gravity_torques'),
                        (srv.InverseDynamics, 'inverse_dynamics')):
