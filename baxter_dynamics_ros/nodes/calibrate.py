@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from . import topics
 from .messages import from_field, stamp_ns
 from .ros_parameters import ParameterNode
-from .statistics import RecentSteps
+from .step_statistics import RecentSteps
 from .zero import RefusedError, WaitingRequest
 from ..estimation.continuity import GAP
 from ..estimation.events import Event

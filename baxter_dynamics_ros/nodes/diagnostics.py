@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from .diagnostic_updater import ERROR, OK, STALE, Status, WARN
 from .process import GuardedExecutor
-from .statistics import MAX_AGE, MessageLoss, PeriodStatistics, RecentSteps
+from .step_statistics import MAX_AGE, MessageLoss, PeriodStatistics, RecentSteps
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, REMEDIES, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor

@@ -11,7 +11,7 @@ from std_msgs.msg import Bool
 
 from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
-from .statistics import PeriodStatistics
+from .step_statistics import PeriodStatistics
 from ..estimation.explanation import PayloadEstimate
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction, Predictor, Step

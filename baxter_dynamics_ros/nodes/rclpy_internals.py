@@ -9,6 +9,7 @@ from rclpy.subscription import Subscription
 
 
 class _NoGuard:
+
     def trigger(self) -> None:
         """Wake nobody."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from sensor_msgs.msg import JointState
 
 from .messages import from_field, joint_state, stamp_ns, to_field
-from .statistics import MAX_AGE, RecentSteps
+from .step_statistics import MAX_AGE, RecentSteps
 from ..estimation.arm_model import ArmModel
 from ..estimation.events import Event, REMEDIES
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY

@@ -18,7 +18,7 @@ from .publishers import ResultPublishers
 from .rclpy_internals import take_waiting
 from .ros_parameters import ParameterNode
 from .services import DynamicsServices
-from .statistics import MessageLoss, PeriodStatistics, RecentSteps
+from .step_statistics import MessageLoss, PeriodStatistics, RecentSteps
 from .zero import ZeroService
 from ..estimation.explanation import ResidualExplainer
 from ..estimation.predictor import Predictor

@@ -13,9 +13,8 @@ from std_srvs.srv import Trigger
 
 from . import topics
 from .ros_parameters import ParameterNode
-from .statistics import MAX_AGE, RecentSteps
+from .step_statistics import MAX_AGE, RecentSteps
 from ..estimation.predictor import Predictor, Step
-from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
 

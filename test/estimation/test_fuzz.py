@@ -23,7 +23,7 @@ pytest.importorskip('hypothesis', reason='draws the sequences: pip install hypot
 
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402, I100
 from baxter_dynamics_ros.nodes.services import DynamicsServices  # noqa: E402
-from baxter_dynamics_ros.nodes.statistics import RecentSteps  # noqa: E402
+from baxter_dynamics_ros.nodes.step_statistics import RecentSteps  # noqa: E402
 from hypothesis import settings as profile, stateful, strategies as st  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')

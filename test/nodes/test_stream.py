@@ -5,7 +5,7 @@ import os
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
-from baxter_dynamics_ros.nodes.statistics import MessageLoss
+from baxter_dynamics_ros.nodes.step_statistics import MessageLoss
 import numpy as np
 from perfect_robot import measured
 import pytest
