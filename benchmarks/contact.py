@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import NamedTuple
 
-from baxter_dynamics_ros.estimation.observer import MomentumObserver
+from baxter_dynamics_ros.estimation.external import MomentumObserver
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import ExternalEffortSettings, PredictorSettings
 from baxter_dynamics_ros.model.arm import BaxterArm

@@ -1,9 +1,25 @@
 """Stamps for tests: those that a robot makes, and times of arrival at receivers of three kinds."""
 
+from baxter_dynamics_ros.estimation import retiming
+from baxter_dynamics_ros.estimation.events import Event
 import numpy as np
 
 START = 1_700_000_000_123_456_789  # [ns]
 JITTER = 4e-5  # sd of the robot's stamps [s]
+
+
+class Retiming(retiming.Retiming):
+    """Source of stamps that counts resyncs and says when a time line begins."""
+
+    resyncs, restarted, _out_before = 0, False, None
+
+    def update(self, *args):
+        """Return the stamp to use."""
+        out = super().update(*args)
+        self.resyncs += self.event is Event.RESET_RESYNC
+        self.restarted = out is not None and bool(self._out_before is None or self.event)
+        self._out_before = out
+        return out
 
 
 def made(rate, duration, seed=0):

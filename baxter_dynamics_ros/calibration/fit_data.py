@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation.events import Event, REMEDIES
-from ..estimation.predictor import Estimate, Predictor
+from ..estimation.events import Event
+from ..estimation.motion_estimator import Estimate
+from ..estimation.predictor import Predictor
 from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
@@ -166,13 +167,13 @@ def refuse(motions: list[Motion]) -> None:
     taken = counts['taken']
     if counts[Event.IMPLAUSIBLE] > taken:
         raise CalibrationError(f'{counts[Event.IMPLAUSIBLE]} of {counts["received"]} joint states '
-                               f'hold {REMEDIES[Event.IMPLAUSIBLE]}')
+                               f'hold {Event.IMPLAUSIBLE.remedy}')
     if not taken:
         raise CalibrationError('no valid joint states of the arm: evaluate says what is wrong')
     for event in (Event.EFFORT_ALL_ZERO, Event.EFFORT_MISSING):
         if counts[event] > 0.5 * taken:
             raise CalibrationError(f'{counts[event]} of {taken} joint states have no valid effort '
-                                   f'({REMEDIES[event]}): there is nothing to fit to')
+                                   f'({event.remedy}): there is nothing to fit to')
     duration = sum(motion.duration for motion in long_enough(motions))
     if duration < _SHORTEST:
         raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
@@ -210,9 +211,10 @@ def warnings(motions: list[Motion]) -> Iterator[Notice]:
         if motion.duration < _SHORT:
             yield Notice('short', f'{motion.duration:.1f} s of motion are too short: left out',
                          recording=motion.name)
-        for event, remedy in REMEDIES.items():
-            if motion.counts.get(event):
-                yield Notice(event.value, f'{motion.counts[event]} x {event.value}: {remedy}',
+        for event in Event:
+            if event.remedy and motion.counts.get(event):
+                yield Notice(event.value,
+                             f'{motion.counts[event]} x {event.value}: {event.remedy}',
                              recording=motion.name)
 
 

@@ -31,44 +31,27 @@ class ContactDetector:
     """
     Detects contact in the external torque, with thresholds learned from free motion.
 
-    Parameters
-    ----------
-    settings : ContactSettings
-        Thresholds. The samples above the threshold must span 8 ms; where samples are further
-        apart than that, one above 1.25 thresholds is enough.
-    settling : float
-        Settling time of the observer after a reset or restart [s]: no detection, no learning.
-
-    Attributes
-    ----------
-    in_contact : bool
-        Whether the arm is in contact.
-    is_settling : bool
-        Whether contact is unknown: the observer settles, or its first samples are undecided.
-    duration : float
-        Duration of the contact [s].
-    joints : ndarray (7,) of bool
-        Joints that show the contact: those not back, or the last that were not.
-    bias : ndarray (7,)
-        External torque of free motion [N m].
-    threshold : ndarray (7,)
-        Contact threshold, as a deviation from the bias [N m].
-
+    The samples above the threshold must span 8 ms; where samples are further apart than that, one
+    above 1.25 thresholds is enough.
     """
 
+    threshold: Array  # contact threshold (7,), as a deviation from the bias [N m]
+    bias: Array  # external torque of free motion (7,) [N m]
     in_contact: bool
-    joints: Bools
-    bias: Array
-    threshold: Array
-    _count: Indices  # consecutive samples above the threshold
-    _span: Array  # time from the first to the last of them [s]
-    _start_q: Array  # position at which contact began [rad]
+    is_settling: bool  # contact is unknown: the observer settles, or first samples are undecided
+    duration: float  # of the contact [s]
+    joints: Bools  # (7,) joints that show the contact: those not back, or the last that were not
+    _variance: Array  # (7,) of the deviation from the bias [N^2 m^2]
+    _count: Indices  # (7,) consecutive samples above the threshold
+    _span: Array  # (7,) time from the first to the last of them [s]
+    _start_q: Array  # (7,) position at which contact began [rad]
     _moved: bool  # whether the arm has moved since
     _back: float  # time for which all joints have returned [s]
     _explained: float  # time for which model error has explained the contact [s]
 
     def __init__(self, settings: ContactSettings, settling: float) -> None:
-        self._variance: Array = np.zeros(N_JOINTS)  # of the deviation from the bias [N^2 m^2]
+        """Take the settings and the settling time of the observer [s]: nothing is learned then."""
+        self._variance = np.zeros(N_JOINTS)
         self.configure(settings, settling)
         self.reset()
 
@@ -120,17 +103,9 @@ class ContactDetector:
 
     def update(self, dt: float, r: Array, q: Array) -> bool:
         """
-        Process the next sample and return whether the arm is in contact.
+        Process external torque r [N m] and position q [rad], (7,); return whether in contact.
 
-        Parameters
-        ----------
-        dt : float
-            Time since the last sample [s]; a sample with zero is ignored.
-        r : ndarray (7,)
-            External torque [N m].
-        q : ndarray (7,)
-            Position [rad].
-
+        dt is the time since the last sample [s]; a sample with zero is ignored.
         """
         if self._to_settle > 0.0:
             self._to_settle -= dt

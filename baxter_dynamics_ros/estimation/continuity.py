@@ -1,12 +1,12 @@
-"""Continuity check of a stream: detects resets and stray messages."""
+"""Continuity of a stream, and consistency of its velocity with its positions."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from .events import DROPPED, Event
-from ..model.arrays import Array
-from ..model.joints import N_JOINTS, VELOCITY_LIMIT
+from ..model.arrays import Array, Bools
+from ..model.joints import JOINTS, N_JOINTS, VELOCITY_LIMIT
 
 GAP = 0.25  # longest time between two stamps before the filters restart [s]
 CLOCK_JUMP = 0.5  # step between stamps that indicates another clock [s]
@@ -23,6 +23,15 @@ _UNMEASURED = 1.5 * VELOCITY_LIMIT  # [rad/s]
 _STILL = np.zeros(N_JOINTS)  # [rad/s]
 _TO_CONFIRM = (Event.RESET_CLOCK_JUMP, Event.RESET_POSITION_JUMP, Event.RESET_VELOCITY_SOURCE)
 _CONTINUES = (None, Event.REPEATED_STAMP)
+
+WINDOW = 1.0  # integration time of the velocity [s]
+_CHECK_PERIOD = 0.5  # time between checks [s]; a late message looks like a mismatch if shorter
+# Allowed difference between position and integrated velocity: velocity lags position by 14 ms on a
+# Baxter, and stamps that are times of arrival add the transport delay.
+_TOLERANCE = 0.03  # [rad]
+_LAG = 0.02  # [s]; ... plus the change of velocity over this time, as in a hard push
+_SHARE = 0.5  # ... plus this share of the motion
+_EVIDENCE = 0.1  # motion needed to accept a velocity again [rad]
 
 
 class _Sample(NamedTuple):
@@ -42,19 +51,10 @@ class Continuity:
     A position jump, a stamp 0.5 s or more from the last, and a velocity that appears or
     disappears restart the stream only once the next message confirms it. A single stray message,
     from another publisher for example, is dropped.
-
-    Attributes
-    ----------
-    repeated : bool
-        Whether the last sample repeats the data of the previous one less than 1 ms after it.
-
     """
 
     def __init__(self) -> None:
-        self.forget()
-
-    def forget(self) -> None:
-        """Accept the next sample as the first one."""
+        # Whether the last sample repeats the data of the previous one less than 1 ms after it.
         self.repeated = False
         self._last: _Sample | None = None
         self._unconfirmed: _Sample | None = None
@@ -65,24 +65,10 @@ class Continuity:
         """
         Compare a sample with the stream, and remember it unless it is dropped.
 
-        Parameters
-        ----------
-        stamp_ns : int
-            Stamp of the sample [ns].
-        q : ndarray (7,)
-            Position [rad].
-        qd, effort : ndarray (7,) or None
-            Velocity [rad/s] and effort [N m].
-        period : float, optional
-            True period of the samples, where stamps are times of arrival [s].
-
-        Returns
-        -------
-        Event or None
-            OUT_OF_ORDER, DUPLICATE or UNCONFIRMED: drop the sample. REPEATED_STAMP: new data with
-            the last stamp. RESET_...: restart at the sample. None: it continues the stream or is
-            the first one.
-
+        q [rad], qd [rad/s] and effort [N m] are (7,); ``period`` is the true period of the samples
+        [s], where stamps are times of arrival. Returns a member of DROPPED: drop the sample;
+        RESET_...: restart at it; REPEATED_STAMP: new data with the last stamp; None: it continues
+        the stream or is the first one.
         """
         now = _Sample(stamp_ns, q, qd, effort, _STILL if qd is None else qd)
         event, last, self.repeated = None, self._last, False
@@ -91,7 +77,9 @@ class Continuity:
             if event in DROPPED:
                 return event
             if qd is None and event in _CONTINUES:
-                now = now._replace(slope=_slope(last, now))
+                dt = _since(last, now)
+                now = now._replace(
+                    slope=(q - last.q) / dt if dt >= SHORTEST_PERIOD else last.slope)
         self._last, self._unconfirmed, self._dropped = now, None, 0
         return event
 
@@ -141,12 +129,6 @@ def _since(last: _Sample, now: _Sample) -> float:
     return (now.stamp_ns - last.stamp_ns) * 1e-9
 
 
-def _slope(last: _Sample, now: _Sample) -> Array:
-    """Return the change of position between two samples (7,) [rad/s]."""
-    dt = _since(last, now)
-    return (now.q - last.q) / dt if dt >= SHORTEST_PERIOD else last.slope
-
-
 def _jumps(moved: Array, before: Array, now: Array, dt: float) -> bool:
     """Return whether a change of position (7,) [rad] contradicts the velocities (7,) [rad/s]."""
     slowest, fastest = np.minimum(before, now), np.maximum(before, now)
@@ -156,3 +138,79 @@ def _jumps(moved: Array, before: Array, now: Array, dt: float) -> bool:
 
 def _same(a: Array | None, b: Array | None) -> bool:
     return a is b if a is None or b is None else bool((a == b).all())
+
+
+class VelocityMismatch(NamedTuple):
+    """Motion of a joint according to measured position and to measured velocity."""
+
+    joint: str
+    moved: float  # range of the position [rad]
+    integrated: float  # range of the integral of the velocity [rad]
+    duration: float  # [s]
+
+
+class VelocityCheck:
+    """Compares integrated velocity with the change of position over about a second."""
+
+    _low: Array  # smallest and largest values of the samples in the window
+    _high: Array
+    _t: float  # since the start of the window [s]
+    _next_check: float  # [s]
+
+    def __init__(self) -> None:
+        self.usable = True  # whether to use measured velocity; stays true with frozen positions
+        # Largest of the last check that found one; None while velocity and position agree.
+        self.mismatch: VelocityMismatch | None = None
+        self._wrong: Bools = np.zeros(N_JOINTS, dtype=bool)
+        # Position, integrated velocity, and their difference [rad]; velocity [rad/s].
+        self._sample = np.zeros((4, N_JOINTS))
+        self._begin_window()
+        self.restart()
+
+    def restart(self) -> None:
+        """Start a new window, as after a gap."""
+        self._last: Array | None = None  # velocity [rad/s]
+
+    def update(self, dt: float, q: Array, qd: Array) -> bool:
+        """
+        Check position q [rad] and velocity qd [rad/s], (7,); return whether qd can be used.
+
+        dt is the time since the last sample [s]; ignored after a restart.
+        """
+        sample, last, self._last = self._sample, self._last, qd
+        integrated = 0.0 if last is None else sample[1] + (0.5 * dt) * (qd + last)
+        sample[0], sample[1], sample[3] = q, integrated, qd
+        np.subtract(sample[1], q, out=sample[2])
+        if last is None:
+            self._begin_window()
+        else:
+            self._t += dt
+        np.minimum(self._low, sample, out=self._low)
+        np.maximum(self._high, sample, out=self._high)
+        if self._t >= self._next_check:
+            self._next_check = self._t + _CHECK_PERIOD
+            self._compare()
+            if self._t >= WINDOW:
+                self._begin_window()
+        return self.usable
+
+    def _begin_window(self) -> None:
+        self._t, self._next_check = 0.0, _CHECK_PERIOD
+        self._low, self._high = self._sample.copy(), self._sample.copy()
+
+    def _compare(self) -> None:
+        moved, integrated, difference, change = self._high - self._low
+        motion = np.maximum(moved, integrated)
+        excess = difference - _TOLERANCE - _LAG * change - _SHARE * motion  # [rad]
+        differs = excess > 0.0
+        is_complete = self._t >= WINDOW
+        if is_complete:
+            self._wrong &= differs | (motion < _EVIDENCE)
+        self._wrong |= differs & (moved > 0.0)
+        self.usable = not self._wrong.any()
+        if differs.any():
+            i = int(excess.argmax())
+            self.mismatch = VelocityMismatch(
+                JOINTS[i], float(moved[i]), float(integrated[i]), self._t)
+        elif is_complete and self.usable:
+            self.mismatch = None

@@ -1,19 +1,21 @@
-"""External joint torque, contact, and the wrench at the hand."""
+"""
+External joint torque without accelerations, contact, and the wrench at the hand.
+
+For ``M qdd + C qd + G = tau + tau_ext`` the momentum p = M qd obeys ``dp/dt = tau + C^T qd - G +
+tau_ext``. The observer integrates the known terms; the difference from p reveals tau_ext.
+"""
 
 from dataclasses import replace
+from math import log, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from .arm_model import ArmModel
 from .contact import ContactDetector
 from .continuity import GAP
-from .motion_estimator import MotionEstimate
-from .observer import MomentumObserver
-from .settings import ContactSettings, PredictorSettings
-from .wrench import hand_wrench, HandWrench
+from .motion_estimator import DahlState, Motion
+from .settings import ArmModel, ContactSettings, PredictorSettings
 from ..model.arrays import Array, Bools
-from ..model.effort import Presliding
 from ..model.joints import N_JOINTS
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
@@ -21,6 +23,13 @@ _RATE_TIME = 1.0  # averaging time of the sample rate [s]
 _RANGE = 3.5  # largest model error, in expected standard deviations of the residual
 _VELOCITY = np.ones(N_JOINTS)  # at which it is expected [rad/s]
 _NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
+
+# Length that scales torques to forces: about the distance from the wrist to the hand frame [m].
+LEVER = 0.25
+# Smallest singular value of the scaled Jacobian for which a wrench is returned [m].
+LEAST_SINGULAR_VALUE = 0.02
+_SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
+_ROW_SCALE = _SCALE[:, None].copy()
 
 
 class External(NamedTuple):
@@ -34,27 +43,28 @@ class External(NamedTuple):
     joints: Bools  # joints that show the contact
 
 
+class HandWrench(NamedTuple):
+    """External wrench on the hand; read-only arrays (3,), base axes."""
+
+    force: Array  # [N]
+    torque: Array  # about the origin of the hand frame [N m]
+    unexplained: float  # norm of the external torque that no hand wrench explains [N m]
+
+
 class ExternalEffort:
-    r"""
-    Estimates tau_ext of ``M qdd + C qd + G = tau + tau_ext`` without accelerations.
+    """
+    Estimates tau_ext, and whether the arm is in contact.
 
     tau is the measured effort minus the terms of the effort model, except for the added inertia,
     which is part of the momentum. Contact is unknown while the observer settles and below
     :data:`LOWEST_RATE` samples per second.
-
-    Attributes
-    ----------
-    detector : ContactDetector
-        Contact detector.
-
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
         self._observer = MomentumObserver(settings.external_effort.gain)
-        self.detector = ContactDetector(contact_settings(settings),
-                                        self._observer.settling_time)
+        self.detector = ContactDetector(contact_settings(settings), self._observer.settling_time)
         self._model = settings.model
-        self._presliding = Presliding(self._model.effort_model.dahl_length)
+        self._dahl = DahlState(self._model.effort_model)
         self._rate = 0.0  # sample rate [Hz]; zero while unknown
         # Time since the stream began [s], q, qd and measured effort of the newest estimate.
         self._last: tuple[float, Array, Array, Array] | None = None
@@ -72,56 +82,37 @@ class ExternalEffort:
     def restart(self) -> None:
         """Start a new stream: the observer settles again."""
         self._last = None
-        self._presliding.reset()
+        self._dahl.reset()
         self.detector.restart()
 
-    def configure(self, settings: PredictorSettings) -> None:
-        """Change observer and detector in mid-stream."""
+    def configure(self, settings: PredictorSettings, model: ArmModel) -> None:
+        """Change the settings in mid-stream; external torque and bias step with the model."""
         self._observer.gain = settings.external_effort.gain
         self.detector.configure(contact_settings(settings), self._observer.settling_time)
-
-    def change_model(self, model: ArmModel) -> None:
-        """Change the model in mid-stream; the external torque and its bias step accordingly."""
         before, self._model = self._model, model
-        if not before.effort_model.has_dahl:
-            self._presliding.reset()  # its state was not updated
-        self._presliding.length = model.effort_model.dahl_length
+        self._dahl.change_model(model.effort_model)
         if self._last is not None:
             (old_momentum, old_rate), (momentum, rate) = (
                 self._balance(each, *self._last[1:]) for each in (before, model))
             self._observer.rebase(momentum - old_momentum, old_rate - rate)
             self.detector.rebase(old_rate - rate)
 
-    def update(self, stamp_ns: int, dt: float, motion: MotionEstimate) -> 'External | None':
+    def update(self, dt: float, motion: Motion) -> 'External | None':
         """
-        Process the next sample.
+        Process the next sample, dt [s] after the last one; dt is zero for the first.
 
-        Parameters
-        ----------
-        stamp_ns : int
-            Stamp of the sample [ns].
-        dt : float
-            Time since the last sample [s]; zero for the first.
-        motion : MotionEstimate
-            Motion at the instant of its velocity.
-
-        Returns
-        -------
-        External or None
-            External torque at the instant of the velocity. None without measured effort, or if the
-            stream began after that instant.
-
+        Returns the external torque at the instant of the velocity; None without measured effort,
+        or if the stream began after that instant.
         """
         if dt > 0.0:
             self._rate += (1.0 - self._rate * dt) / (dt + _RATE_TIME if self._rate else dt)
-        t, lag, q, qd, measured, _ = motion
+        stamp_ns, t, q, qd, measured, _ = motion
         if self._last is not None and t - self._last[0] > GAP:
             self._last = None
             self.detector.restart()
         if q is None or measured is None:
             return None
-        if self._model.effort_model.has_dahl:
-            self._presliding.update(q)
+        self._dahl.update(q)
         if self._last is None:
             self._observer.reset()
         before = t if self._last is None else self._last[0]
@@ -132,20 +123,67 @@ class ExternalEffort:
         known = not self.detector.is_settling and not self.is_too_slow
         for array in (q, qd, effort):
             array.setflags(write=False)
-        return External(stamp_ns - round(lag * 1e9), q, qd, effort, contact if known else None,
+        return External(stamp_ns, q, qd, effort, contact if known else None,
                         self.detector.joints if known and contact else _NO_JOINTS)
+
+    def _balance(self, model: ArmModel, q: Array, qd: Array,
+                 measured: Array) -> tuple[Array, Array]:
+        """Return the momentum [N m s] and its rate without external torque [N m], (7,) each."""
+        momentum, coriolis, gravity = model.momentum_terms(q, qd)
+        torque = model.effort_model.torque(measured, q, qd, self._dahl.z)
+        return momentum, torque + coriolis - gravity
 
     def wrench(self, external: External) -> 'HandWrench | None':
         """Return the hand wrench that best explains tau_ext, or None near a singularity."""
         return hand_wrench(self._model.arm.jacobian(external.q), external.effort)
 
-    def _balance(self, model: ArmModel, q: Array, qd: Array,
-                 measured: Array) -> tuple[Array, Array]:
-        """Return the momentum [N m s] and its rate without external torque [N m], (7,) each."""
-        effort = model.effort_model
-        presliding = self._presliding.z if effort.has_dahl else None
-        momentum, coriolis, gravity = model.momentum_terms(q, qd)
-        return momentum, effort.torque(measured, q, qd, presliding) + coriolis - gravity
+
+class MomentumObserver:
+    r"""
+    Estimates tau_ext by ``r = K (p - integral(rate + r) dt - p(0))``: r' = K (tau_ext - r).
+
+    Integrated by the backward Euler method with the true time step of every sample, which is
+    stable for any step.
+    """
+
+    def __init__(self, gain: float) -> None:
+        # K [1/s]: r follows tau_ext like a first-order low-pass with the time constant 1 / K.
+        self.gain = gain
+        self.reset()
+
+    @property
+    def settling_time(self) -> float:
+        """Time in which the initial error decays to 1 % [s]."""
+        return log(100.0) / self.gain
+
+    def reset(self) -> None:
+        """Forget all samples; r is zero at the next one."""
+        self._momentum: Array = np.zeros(0)  # at the last sample [N m s]
+        self.r: Array | None = None  # newest estimate of tau_ext (7,) [N m]
+
+    def rebase(self, momentum: Array, r: Array) -> None:
+        """Add (7,) [N m s] to the last momentum and (7,) [N m] to r, as when the model changes."""
+        if self.r is not None:
+            self._momentum = self._momentum + momentum
+            self.r = self.r + r
+
+    def update(self, dt: float, momentum: Array, rate: Array) -> Array:
+        """
+        Process the next sample and return r (7,) [N m].
+
+        momentum is p (7,) [N m s], rate is dp/dt without external torque, tau + C^T qd - G (7,)
+        [N m]. dt is the time since the last sample [s], ignored for the first. If it is zero, r
+        changes by K times the change of the momentum.
+        """
+        if self.r is None:
+            self.r = np.zeros(len(momentum))
+        else:
+            # r = K (p - p_hat) and p_hat = p_hat_last + (rate + r) dt, where p_hat = p - r / K
+            gain = self.gain
+            unexplained = momentum - self._momentum - dt * rate  # [N m s]
+            self.r = (self.r + gain * unexplained) * (1.0 / (1.0 + gain * dt))
+        self._momentum = momentum
+        return self.r
 
 
 def contact_settings(settings: PredictorSettings) -> ContactSettings:
@@ -160,3 +198,27 @@ def contact_settings(settings: PredictorSettings) -> ContactSettings:
                      settings.contact.limit)
     return replace(settings.contact, limit=tuple(
         np.maximum(limit, settings.contact.floor).tolist()))
+
+
+def hand_wrench(jacobian: Array, external: Array) -> 'HandWrench | None':
+    """
+    Return the wrench w with J^T w = r, by least squares, for J (6, 7) and r (7,) [N m].
+
+    Near a singularity some wrenches cause almost no joint torque. None is returned where errors of
+    0.1 N m per joint (standard deviation) in r could cause an error above 5 N, or 1.25 N m, in
+    some direction: in 18 % of random postures within the limits, two thirds of them with the elbow
+    nearly straight (e1 below 0.3 rad), and nowhere on the paper's three trajectories, where the
+    error is at most 0.6 N and 0.3 N m.
+
+    ``unexplained`` is the component of r along the arm's self-motion, in which the hand does not
+    move. It is zero for a push on the hand, and nonzero for a push on the elbow in the direction
+    in which the elbow can swing.
+    """
+    scaled = jacobian * _ROW_SCALE
+    squares, directions = np.linalg.eigh(scaled.dot(scaled.T))
+    if squares[0] < LEAST_SINGULAR_VALUE ** 2:
+        return None
+    wrench = directions.dot(scaled.dot(external).dot(directions) / squares) * _SCALE
+    wrench.setflags(write=False)
+    rest = external - wrench.dot(jacobian)
+    return HandWrench(wrench[:3], wrench[3:], sqrt(rest.dot(rest)))

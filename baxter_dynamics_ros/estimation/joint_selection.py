@@ -1,6 +1,7 @@
 """Selection of one arm's joints from joint states, by name."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -28,71 +29,41 @@ class Reading(NamedTuple):
 
 
 class JointSelector:
-    """
-    Selects one arm's joints from joint states.
-
-    Parameters
-    ----------
-    side : str
-        'right' or 'left'.
-    prefix : str
-        Prefix of the joint names in the messages.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the arm's joints in the messages, in joint order.
-    other_names : tuple of str or None
-        Joint names of the newest message without a full set of the arm's joints; None if there
-        was none.
-
-    """
+    """Selects the joints of one arm, 'right' or 'left', whose names have a prefix."""
 
     def __init__(self, side: str, prefix: str = '') -> None:
         self.side = side
-        self.names = tuple(prefix + name for name in joint_names(side))
+        self.names = tuple(prefix + name for name in joint_names(side))  # in the messages
+        # Of the newest message without a full set of the arm's joints; None if there was none.
         self.other_names: tuple[str, ...] | None = None
-        # Joint names -> indices of the arm's joints, or an Event.
-        self._layouts: dict[tuple[str, ...], Indices | Event] = {}
+        self._find_once = lru_cache(_MEMORY)(self._find)
 
     def layout(self, names: Sequence[str]) -> Indices | Event:
         """
-        Return the indices of the arm's joints in ``names``.
+        Return the indices (7,) of the arm's joints in ``names``.
 
-        Returns
-        -------
-        ndarray (7,) of int, or Event
-            NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT if the joints cannot be selected.
-
+        NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT if the joints cannot be selected.
         """
-        key = tuple(names)
-        found = self._layouts.get(key)
-        if found is None:
-            if len(self._layouts) >= _MEMORY:
-                self._layouts.clear()
-            found = self._layouts[key] = self._find(key)
-        return found
+        return self._find_once(tuple(names))
+
+    def _find(self, names: tuple[str, ...]) -> Indices | Event:
+        present = [name for name in names if name in self.names]
+        if not present:
+            return Event.NOT_THIS_ARM
+        if len(set(present)) < len(present):
+            return Event.DUPLICATE_JOINT
+        if len(present) < N_JOINTS:
+            return Event.INCOMPLETE_ARM
+        return np.array([names.index(name) for name in self.names])
 
     def read(self, names: Sequence[str], position: Array, velocity: Array,
              effort: Array) -> Reading | Event:
         """
-        Return the arm's position, velocity and effort.
+        Return the arm's position, velocity and effort, or the reason why they cannot be used.
 
-        NaN means "not available": a velocity or effort that contains NaN is treated as missing.
-        Values of other joints are ignored.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Joint names of the message.
-        position, velocity, effort : ndarray
-            As long as names; velocity and effort may be empty.
-
-        Returns
-        -------
-        Reading or Event
-            An event is the reason why the message cannot be used.
-
+        The arrays are as long as names; velocity and effort may be empty. NaN means "not
+        available": a velocity or effort that contains NaN is treated as missing. Values of other
+        joints are ignored.
         """
         layout = self.layout(names)
         if isinstance(layout, Event):
@@ -111,21 +82,10 @@ class JointSelector:
         if np.count_nonzero(np.abs(sample) <= _BOUNDS) < sample.size:  # false for NaN
             if np.isnan(sample[0]).any() or np.isinf(sample).any():
                 return Event.NON_FINITE
+            if (np.abs(sample) > _BOUNDS)[~np.isnan(sample).any(axis=1)].any():
+                return Event.IMPLAUSIBLE
             has_velocity &= not np.isnan(sample[1]).any()
             has_effort &= not np.isnan(sample[2]).any()
-            used = sample[[True, has_velocity, has_effort]]
-            if (np.abs(used) > _BOUNDS[[True, has_velocity, has_effort]]).any():
-                return Event.IMPLAUSIBLE
         sample.setflags(write=False)
         return Reading(sample[0], sample[1] if has_velocity else None,
                        sample[2] if has_effort else None)
-
-    def _find(self, names: tuple[str, ...]) -> Indices | Event:
-        present = [name for name in names if name in self.names]
-        if not present:
-            return Event.NOT_THIS_ARM
-        if len(set(present)) < len(present):
-            return Event.DUPLICATE_JOINT
-        if len(present) < N_JOINTS:
-            return Event.INCOMPLETE_ARM
-        return np.array([names.index(name) for name in self.names])

@@ -1,33 +1,45 @@
 """Acceleration estimate, and time alignment of position, velocity and effort."""
 
-from typing import NamedTuple
+from bisect import bisect_left, bisect_right
+from math import log, pi, sqrt
+from operator import itemgetter
+from typing import Any, NamedTuple
 
-from .butterworth import ButterworthDerivative
-from .delay_line import DelayLine
+import numpy as np
+
+from .continuity import SHORTEST_PERIOD
 from .settings import MATCHED, PredictorSettings
-from .slope import PositionSlope
 from ..model.arrays import Array
+from ..model.effort import EffortModel, Presliding
+
+_DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
+_RETENTION = 0.7  # longer than the largest configurable delay [s]
+_MAX_SAMPLES = 1024  # bounds memory if stamps hardly advance
+_SLOPE_TIME = 0.033  # 30 ms, and a tenth so that jitter does not change the number of samples [s]
+_TIME = itemgetter(0)
 
 
-class AcceleratedMotion(NamedTuple):
-    """Position, velocity, acceleration and effort at one instant; arrays (7,) in joint order."""
+class Estimate(NamedTuple):
+    """Motion and measured effort of the arm at one instant; read-only (7,) in joint order."""
 
-    delay: float  # time from the instant to the newest sample [s]
-    q: Array  # [rad]
-    qd: Array  # [rad/s]
-    qdd: Array  # [rad/s^2]
-    effort: 'Array | None'  # measured [N m]; None if missing or its filter settles
+    # The instant [ns], on the clock of the joint states' stamps: int, or an array in a batch.
+    stamp_ns: Any
+    q: Array  # position [rad]
+    qd: Array  # velocity [rad/s]
+    qdd: Array  # acceleration [rad/s^2]
+    measured: 'Array | None'  # effort in the band of the acceleration, or raw [N m]
+    presliding: Array  # Dahl's state [-]
 
 
-class MotionEstimate(NamedTuple):
-    """State at the instant of the newest velocity, and motion at that of the acceleration."""
+class Motion(NamedTuple):
+    """State at the instant of the newest velocity, and estimate at that of the acceleration."""
 
-    t: float  # instant of the velocity, relative to the start of the stream [s]
-    lag: float  # time from that instant to the newest sample [s]
+    stamp_ns: int  # instant of the velocity [ns]
+    t: float  # the same, relative to the start of the stream [s]
     q: 'Array | None'  # (7,) [rad]; None if the instant is before the first sample
     qd: Array  # (7,) [rad/s]
     effort: 'Array | None'  # measured (7,) [N m]
-    accelerated: 'AcceleratedMotion | None'  # None while the filter settles and if dt is zero
+    estimate: 'Estimate | None'  # None while the filter settles and if dt is zero
 
 
 class MotionEstimator:
@@ -39,111 +51,207 @@ class MotionEstimator:
     'matched', effort passes through the same filter as velocity, at the same instant: both sides
     of the residual then have one band. It settles again after effort was missing. Without
     ``align`` the newest position, velocity and effort are combined with the delayed acceleration.
-
-    Parameters
-    ----------
-    settings : PredictorSettings
-        Settings ``acceleration``, ``align`` and ``effort_band``.
-
-    Attributes
-    ----------
-    cutoff : float
-        Cut-off frequency of the derivative [Hz].
-    velocity_lag : float
-        Lag of the measured velocity behind position and effort [s].
-    delay : float
-        Time from the instant of the estimate to the newest sample, if velocity is measured [s].
-    settling_time : float
-        Time after a reset for which estimates are withheld [s].
-
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
-        self._slope = PositionSlope()
-        self._history = DelayLine()
+        self._history = History()
+        self._dahl = DahlState(settings.model.effort_model)
         self._t: float | None = None  # time of the newest sample since the last reset [s]
         self.configure(settings)
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the filters, which settle again; the buffered samples stay."""
-        self.cutoff = settings.acceleration.cutoff
+        self.cutoff = settings.acceleration.cutoff  # of the derivative [Hz]
+        # Time by which measured velocity lags position and effort [s].
         self.velocity_lag = settings.acceleration.velocity_lag
         self._align = settings.align
         self._is_matched = settings.align and settings.effort_band == MATCHED
-        self._velocity = _SettlingFilter(self.cutoff)
-        self._effort = _SettlingFilter(self.cutoff)
-        self._filter_delay = self._velocity.delay
-        self.delay = self.velocity_lag + self._filter_delay if self._align else 0.0
+        self._velocity = ButterworthDerivative(self.cutoff)
+        self._effort = ButterworthDerivative(self.cutoff)
+        # Time from the instant of the estimate to the newest sample, if velocity is measured [s].
+        self.delay = self.velocity_lag + self._velocity.delay if self._align else 0.0
+        # Time after a reset for which estimates are withheld [s].
         self.settling_time = max(self._velocity.settling_time, self.delay)
+
+    def change_model(self, model: EffortModel) -> None:
+        """Change the model of Dahl friction."""
+        self._dahl.change_model(model)
 
     def reset(self) -> None:
         """Forget the stream."""
         self._t = self._velocity.start = self._effort.start = None
-        self._slope.reset()
         self._history.reset()
+        self._dahl.reset()
 
-    def update(self, dt: float, q: Array, qd: Array | None,
-               effort: Array | None) -> MotionEstimate:
+    def update(self, stamp_ns: int, dt: float, q: Array, qd: Array | None,
+               effort: Array | None) -> Motion:
         """
-        Process the next sample.
+        Process position q [rad], velocity qd [rad/s] and effort [N m], (7,) each, of a stamp [ns].
 
-        Parameters
-        ----------
-        dt : float
-            Time since the last sample [s]; ignored for the first.
-        q : ndarray (7,)
-            Position [rad].
-        qd, effort : ndarray (7,) or None
-            Velocity [rad/s] and effort [N m].
-
+        They were sampled dt [s] after the last ones; dt is ignored for the first. Without velocity
+        the slope of the positions takes its place.
         """
         self._t = t = 0.0 if self._t is None else self._t + dt
         lag = self.velocity_lag
-        if qd is None:
-            qd = self._slope.update(t, q)
-            lag = self._slope.lag
         self._history.append(t, q, effort)
-        self._velocity.add(t, dt, qd)
+        if qd is None:
+            qd, lag = self._history.slope()
+        self._velocity.update(t, dt, qd)
         then = self._history.at(max(t - lag, 0.0)) or (None, None)
         if self._is_matched:
-            self._effort.add(t, dt, then[1])
+            self._effort.update(t, dt, then[1])
         if t < lag:
             then = None, None
         settled = dt > 0.0 and self._velocity.runs_for(t, self.settling_time)
-        return MotionEstimate(t - lag, lag, then[0], qd, then[1],
-                              self._accelerated(t, lag, q, qd, effort) if settled else None)
+        return Motion(stamp_ns - round(lag * 1e9), t - lag, then[0], qd, then[1],
+                      self._estimate(stamp_ns, t, lag, (q, qd, effort)) if settled else None)
 
-    def _accelerated(self, t: float, lag: float, q: Array, qd: Array,
-                     effort: Array | None) -> AcceleratedMotion | None:
-        if not self._align:
-            return AcceleratedMotion(0.0, q, qd, self._velocity.derivative, effort)
-        delay = lag + self._filter_delay
-        then = self._history.at(t - delay)
-        if then is None:
-            return None
-        measured = then[1]
-        if self._is_matched:
-            settled = self._effort.runs_for(t, self.settling_time)
-            measured = self._effort.value if settled else None
-        return AcceleratedMotion(
-            delay, then[0], self._velocity.value, self._velocity.derivative, measured)
+    def _estimate(self, stamp_ns: int, t: float, lag: float,
+                  newest: tuple[Array, Array, Array | None]) -> Estimate | None:
+        q, qd, effort = newest
+        qdd, delay = self._velocity.derivative, 0.0
+        if self._align:
+            delay = lag + self._velocity.delay
+            then = self._history.at(t - delay)
+            if then is None:
+                return None
+            (q, effort), qd = then, self._velocity.value
+            if self._is_matched:
+                settled = self._effort.runs_for(t, self.settling_time)
+                effort = self._effort.value if settled else None
+        return Estimate(stamp_ns - round(delay * 1e9), q, qd, qdd, effort, self._dahl.update(q))
 
 
-class _SettlingFilter(ButterworthDerivative):
-    """Filter that starts with the first value and again after a missing one."""
+class DahlState(Presliding):
+    """Dahl's state of a moving arm, followed as long as a joint has Dahl friction."""
 
-    start: float | None = None  # time at which it was started [s]
+    def __init__(self, model: EffortModel) -> None:
+        super().__init__(model.dahl_length)
+        self._is_used = model.has_dahl
 
-    def add(self, t: float, dt: float, u: Array | None) -> None:
-        """Process the value at t [s], dt [s] after the last one."""
+    def change_model(self, model: EffortModel) -> None:
+        """Change the model of friction; the state stays if it was followed."""
+        if not self._is_used:
+            self.reset()
+        self.length, self._is_used = model.dahl_length, model.has_dahl
+
+    def update(self, q: Array) -> Array:
+        """Advance to q (7,) [rad] and return z (7,)."""
+        return super().update(q) if self._is_used else self.z
+
+
+class ButterworthDerivative:
+    r"""
+    Low-pass filter and derivative of u: x'' = w^2 (u - x) - 2 zeta w x'.
+
+    Integrated by the trapezoidal rule with the true time step of every sample, which is stable
+    for any step. x follows u, and x' follows du/dt, with the same delay. The filter starts at rest
+    at the first value, and again after a missing one.
+    """
+
+    def __init__(self, cutoff: float) -> None:
+        self._w = 2 * pi * cutoff  # [rad/s]
+        self._dt: float | None = None
+        self._step: Array = np.zeros((3, 3))  # transition of dt, multiplied from the right
+        self.delay = 2 * _DAMPING / self._w  # group delay of x and of x' at low frequency [s]
+        # Time in which the envelope of the initial error decays to 1 % [s].
+        self.settling_time = log(100.0) / (_DAMPING * self._w)
+        self.start: float | None = None  # time of the first value [s]
+
+    def update(self, t: float, dt: float, u: Array | None) -> None:
+        """
+        Process u (...) at t [s], dt [s] after the last one.
+
+        If dt is zero, the state stays and the next step starts from u.
+        """
         if u is None:
             self.start = None
-        elif self.start is None:
+            return
+        if self.start is None:
             self.start = t
-            self.reset(u)
-        else:
-            self.update(u, dt)
+            # (..., 3): x', u - x at the previous sample, u - x at the newest.
+            self._state: Array = np.zeros(np.shape(u) + (3,))
+            self.value = u  # x
+            self.derivative: Array = self._state[..., 0]  # x', in u's unit per second
+            return
+        if dt != self._dt:
+            self._dt, self._step = dt, self._trapezoid(dt)
+        self._state[..., 2] = u - self.value
+        self._state = self._state.dot(self._step)  # x', u - x, and the change of x
+        self.derivative = self._state[..., 0]
+        self.value = self.value + self._state[..., 2]
 
     def runs_for(self, t: float, duration: float) -> bool:
-        """Return whether it has run for a duration [s]."""
+        """Return whether it has run for a duration [s] at t [s]."""
         return self.start is not None and t - self.start >= duration
+
+    def _trapezoid(self, dt: float) -> Array:
+        """Return the transition matrix (3, 3) of a trapezoidal step of dt [s]."""
+        a = dt * self._w * _DAMPING
+        b = (dt * self._w) ** 2 / 4
+        c = dt * self._w ** 2 / 2
+        return np.array([[1 - a - b, -dt, dt], [c, -b, b], [c, 1 + a, b]]) / (1 + a + b)
+
+
+class History:
+    """Recent positions and efforts over time, interpolated at earlier times."""
+
+    def __init__(self) -> None:
+        # Time [s], position (7,) [rad], effort (7,) [N m].
+        self._samples: list[tuple[float, Array, Array | None]] = []
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self._samples.clear()
+
+    def append(self, t: float, q: Array, effort: Array | None) -> None:
+        """
+        Add position q (7,) [rad] and effort (7,) [N m] or None at time t [s].
+
+        Times must not decrease; a sample with the last time replaces the last sample.
+        """
+        samples = self._samples
+        if samples and samples[-1][0] == t:
+            samples.pop()
+        samples.append((t, q, effort))
+        while len(samples) > _MAX_SAMPLES or len(samples) > 1 and samples[1][0] <= t - _RETENTION:
+            del samples[0]
+
+    def at(self, t: float) -> tuple[Array, Array | None] | None:
+        """
+        Return position and effort (7,) at t [s], at most the last time, by linear interpolation.
+
+        None if t is before the first sample. The effort is None if a neighbouring sample has none.
+        """
+        samples = self._samples
+        after = bisect_right(samples, t, key=_TIME)
+        if after == 0:
+            return None
+        t0, q0, effort0 = samples[after - 1]
+        if t == t0 or after == len(samples):
+            return q0, effort0
+        t1, q1, effort1 = samples[after]
+        w = np.array((t - t0) / (t1 - t0))  # multiplies faster than a float
+        q = q0 + w * (q1 - q0)
+        if effort0 is None or effort1 is None:
+            return q, None
+        return q, effort0 + w * (effort1 - effort0)
+
+    def slope(self) -> tuple[Array, float]:
+        """
+        Return the least-squares slope of the newest positions, (7,) [rad/s], and its lag [s].
+
+        The slope spans more than 33 ms at low rates and for bursts, because a slope over less than
+        SHORTEST_PERIOD is meaningless; it is zero as long as there is no such span.
+        """
+        samples = self._samples
+        t, q, _ = samples[-1]
+        earlier = bisect_right(samples, t - SHORTEST_PERIOD, key=_TIME)
+        if earlier == 0:
+            return np.zeros(q.shape), 0.0
+        begin = min(bisect_left(samples, t - _SLOPE_TIME, key=_TIME), earlier - 1)
+        times, positions, _ = zip(*samples[begin:])
+        weights = np.array(times)
+        mean = float(weights.sum()) / len(times)
+        weights -= mean
+        return weights @ np.array(positions) / (weights @ weights), t - mean

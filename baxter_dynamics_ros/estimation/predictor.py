@@ -5,26 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arm_model import ArmModel
 from .events import Event
 from .external import External, ExternalEffort
-from .motion_estimator import AcceleratedMotion, MotionEstimator
+from .motion_estimator import Estimate, MotionEstimator
 from .settings import PredictorSettings
 from .stream import State, Stream
 from ..model.arrays import Array
-from ..model.effort import Presliding
-
-
-class Estimate(NamedTuple):
-    """Motion and measured effort of the arm at one instant; read-only (7,) in joint order."""
-
-    # The instant [ns], on the clock of the joint states' stamps: int, or an array in a batch.
-    stamp_ns: Any
-    q: Array  # position [rad]
-    qd: Array  # velocity [rad/s]
-    qdd: Array  # acceleration [rad/s^2]
-    measured: 'Array | None'  # effort in the band of the acceleration, or raw [N m]
-    presliding: Array  # Dahl's state [-]
 
 
 class Prediction(NamedTuple):
@@ -84,14 +70,6 @@ class Predictor:
 
     Attributes
     ----------
-    settings : PredictorSettings
-        Settings in use.
-    stream : Stream
-        Validates joint states and extracts the samples of the arm.
-    estimator : MotionEstimator
-        Estimates accelerations and aligns all signals in time.
-    external : ExternalEffort or None
-        Estimates the external torque.
     counts : Counter
         Counts of the stream (each :class:`Event`, 'received', 'taken'), plus 'predicted' and
         'external': messages with an estimate and with an external torque.
@@ -105,7 +83,6 @@ class Predictor:
         self.model = settings.model
         self.estimator = MotionEstimator(settings)
         self.external = ExternalEffort(settings) if external else None
-        self._presliding = Presliding(self.model.effort_model.dahl_length)
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the settings in mid-stream, from the next message on; the arm stays."""
@@ -114,22 +91,16 @@ class Predictor:
         def changed(*names: str) -> bool:
             return any(getattr(settings, name) != getattr(before, name) for name in names)
 
-        if changed('method', 'effort_model', 'gravity', 'base', 'payload', 'links'):
-            self._change_model(settings.model)
+        model = 'method', 'effort_model', 'gravity', 'base', 'payload', 'links'
+        if changed(*model):
+            self.model = settings.model
+            self.estimator.change_model(self.model.effort_model)
         if changed('align', 'acceleration', 'effort_band'):
             self.estimator.configure(settings)
         if changed('stamps'):
             self.stream.reset(settings.stamps)
-        if self.external is not None and changed('external_effort', 'contact'):
-            self.external.configure(settings)
-
-    def _change_model(self, model: ArmModel) -> None:
-        if not self.model.effort_model.has_dahl:
-            self._presliding.reset()  # its state was not updated
-        self.model = model
-        self._presliding.length = model.effort_model.dahl_length
-        if self.external is not None:
-            self.external.change_model(model)
+        if self.external is not None and changed(*model, 'external_effort', 'contact'):
+            self.external.configure(settings, self.model)
 
     def reset(self) -> None:
         """Forget the stream and everything learned about free motion; the counts stay."""
@@ -177,34 +148,20 @@ class Predictor:
             return Step(begins=True, state=found)
         state, dt, begins = found
         if begins:
-            self._restart()
-        motions = self.estimator.update(dt, state.q, state.qd, state.effort)
+            self.estimator.reset()
+            if self.external is not None:
+                self.external.restart()
+        motion = self.estimator.update(state.stamp_ns, dt, state.q, state.qd, state.effort)
         external = None
         if self.external is not None and (begins or dt > 0.0):
-            external = self.external.update(state.stamp_ns, dt, motions)
+            external = self.external.update(dt, motion)
             self.counts['external'] += external is not None
-        return Step(None, begins, state, self._estimate(state, motions.accelerated),
-                    external=external)
-
-    def _estimate(self, state: State, motion: 'AcceleratedMotion | None') -> 'Estimate | None':
-        if motion is None:
-            return None
-        self.counts['predicted'] += 1
-        if self.model.effort_model.has_dahl:
-            self._presliding.update(motion.q)
-        return Estimate(state.stamp_ns - round(motion.delay * 1e9), *motion[1:],
-                        self._presliding.z)
+        if motion.estimate is not None:
+            self.counts['predicted'] += 1
+        return Step(None, begins, state, motion.estimate, external=external)
 
     def predict(self, estimate: Estimate) -> Prediction:
-        """
-        Predict the effort of an estimate.
-
-        Parameters
-        ----------
-        estimate : Estimate
-            One estimate, or a batch with leading axes.
-
-        """
+        """Predict the effort of an estimate, or of a batch of estimates with leading axes."""
         stamp_ns, q, qd, qdd, measured, presliding = estimate
         model = self.model.effort_model
         tau = self.model.inverse_dynamics(q, qd, qdd)
@@ -220,9 +177,3 @@ class Predictor:
         for array in (q, qd, qdd, tau, effort, deviation):
             array.setflags(write=False)
         return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual, deviation)
-
-    def _restart(self) -> None:
-        self.estimator.reset()
-        self._presliding.reset()
-        if self.external is not None:
-            self.external.restart()

@@ -1,5 +1,6 @@
 """Declaration of settings: default, description, unit and range, and groups of them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, ClassVar
@@ -24,39 +25,29 @@ class Setting:
     read_only: bool = False  # cannot be changed while the node runs
 
     def check(self, value: Any) -> Any:
-        """
-        Return the value in the type of the default.
-
-        Raises
-        ------
-        ArgumentError
-            If it has the wrong type or length, or is out of range or not finite.
-
-        """
+        """Return the value in the type of the default; raise ArgumentError if it is invalid."""
         if isinstance(self.default, bool):
             if not isinstance(value, bool):
                 raise ArgumentError(self.name, f'expected true or false, got {value!r}')
             return value
         if isinstance(self.default, str):
-            return self._check_text(value)
-        if isinstance(self.default, int):
-            if not isinstance(value, int) or isinstance(value, bool):
-                raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
-            return int(number(self.name, value, self.lower, self.upper, self.unit))
+            if self.choices and value not in self.choices:
+                raise ArgumentError(
+                    self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
+            if not isinstance(value, str) or not value.isprintable():
+                raise ArgumentError(self.name, f'expected printable text, got {value!r}')
+            return value
+        if isinstance(self.default, tuple):
+            values = finite(self.name, value, (len(self.default),)).tolist()
+            return tuple(self._number(f'{self.name}[{i}]', each) for i, each in enumerate(values))
         if isinstance(self.default, float):
-            return number(self.name, value, self.lower, self.upper, self.unit)
-        values = tuple(finite(self.name, value, (len(self.default),)).tolist())
-        for i, element in enumerate(values):
-            number(f'{self.name}[{i}]', element, self.lower, self.upper, self.unit)
-        return values
+            return self._number(self.name, value)
+        if not isinstance(value, int) or isinstance(value, bool):
+            raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
+        return int(self._number(self.name, value))
 
-    def _check_text(self, value: Any) -> str:
-        if self.choices and value not in self.choices:
-            raise ArgumentError(
-                self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
-        if not isinstance(value, str) or not value.isprintable():
-            raise ArgumentError(self.name, f'expected printable text, got {value!r}')
-        return value
+    def _number(self, name: str, value: Any) -> float:
+        return number(name, value, self.lower, self.upper, self.unit)
 
 
 @dataclass(frozen=True)
@@ -80,6 +71,14 @@ class Group:
         """Return the settings of this group, field name to declaration."""
         return {each.name: replace(each.metadata['setting'], name=cls.prefix + each.name)
                 for each in fields(cls) if 'setting' in each.metadata}
+
+    @classmethod
+    def all_settings(cls) -> 'Iterator[Setting]':
+        """Yield the settings of this group and of the groups in it, in order of declaration."""
+        own = cls.own_settings()
+        for each in fields(cls):
+            group: Any = each.default
+            yield from [own[each.name]] if each.name in own else group.all_settings()
 
 
 def setting(default: Any, *declaration: Any, **options: Any) -> Any:

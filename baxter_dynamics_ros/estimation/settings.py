@@ -7,21 +7,19 @@ as in ``effort_model.bias``.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arm_model import ArmModel
-from .setting import Floats, Group, Setting, setting
-from .stamp_evidence import MODES
-from ..model import paper_tables
+from .retiming import MODES
+from .setting import Floats, Group, setting
+from ..model import effort, paper_tables
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
-from ..model.effort import (COULOMB_VELOCITY, CROSSTALK, DAHL_LENGTH, DEVIATION,
-                            DEVIATION_ACCELERATION, DEVIATION_VELOCITY, EffortModel,
-                            SPRING_COEFFICIENTS, SPRING_RANGE)
+from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import BASE_FRAME, gravity_in_base, mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
@@ -50,36 +48,36 @@ class EffortModelSettings(Group, prefix='effort_model.'):
         True, 'Model the spring, friction and bias of the real robot. If false, predicted effort '
         'is tau, as in a simulator.')
     spring_coefficients: Floats = setting(
-        SPRING_COEFFICIENTS, 'Spring torque at s1: coefficients of 1, sin q, cos q, sin 2q, '
-        'cos 2q.', 'N m', -200.0, 200.0)
+        effort.SPRING_COEFFICIENTS, 'Spring torque at s1: coefficients of 1, sin q, cos q, '
+        'sin 2q, cos 2q.', 'N m', -200.0, 200.0)
     spring_range: Floats = setting(
-        SPRING_RANGE, 'Range of s1 in which the spring model is valid. Outside, the spring torque '
-        'at the limit is used.', 'rad', -3.2, 3.2)
+        effort.SPRING_RANGE, 'Range of s1 in which the spring model is valid. Outside, the spring '
+        'torque at the limit is used.', 'rad', -3.2, 3.2)
     coulomb: Floats = setting(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
     coulomb_velocity: float = setting(
-        COULOMB_VELOCITY, 'Velocity over which Coulomb friction changes sign.', 'rad/s',
+        effort.COULOMB_VELOCITY, 'Velocity over which Coulomb friction changes sign.', 'rad/s',
         1e-3, 1.0)
     viscous: Floats = setting(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
     dahl: Floats = setting(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
     dahl_length: float = setting(
-        DAHL_LENGTH, 'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0)
+        effort.DAHL_LENGTH, 'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0)
     bias: Floats = setting(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
     stiffness: Floats = setting(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
     added_inertia: Floats = setting(
         _ZEROS, 'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0)
     crosstalk: Floats = setting(
-        tuple(CROSSTALK.ravel().tolist()), 'Share of the effort of each joint in the measured '
-        'effort of another: 7 x 7, row by row, row i for the measured effort of joint i; the '
-        'diagonal is zero.', '', -0.5, 0.5)
+        tuple(effort.CROSSTALK.ravel().tolist()), 'Share of the effort of each joint in the '
+        'measured effort of another: 7 x 7, row by row, row i for the measured effort of joint i; '
+        'the diagonal is zero.', '', -0.5, 0.5)
     deviation: Floats = setting(
-        DEVIATION, 'Expected standard deviation of the residual per joint at rest.', 'N m',
+        effort.DEVIATION, 'Expected standard deviation of the residual per joint at rest.', 'N m',
         0.0, 100.0)
     deviation_velocity: Floats = setting(
-        DEVIATION_VELOCITY,
+        effort.DEVIATION_VELOCITY,
         'Expected standard deviation of the residual per joint and velocity.',
         'N m s/rad', 0.0, 100.0)
     deviation_acceleration: Floats = setting(
-        DEVIATION_ACCELERATION,
+        effort.DEVIATION_ACCELERATION,
         'Expected standard deviation of the residual per joint and acceleration.',
         'N m s^2/rad', 0.0, 100.0)
 
@@ -153,6 +151,33 @@ class LinkSettings(Group, prefix='links.'):
     inertia: Floats = setting(
         sum(paper_tables.TABLE_III, ()), 'Inertia xx, yy, zz, xy, yz, xz of each link in turn, '
         'about its centre of mass (Table III).', 'kg m^2', -2.0, 2.0)
+
+
+class ArmModel(NamedTuple):
+    """Rigid-body model and effort model of an arm; methods take validated arrays."""
+
+    arm: BaxterArm  # in the robot's base frame
+    effort_model: EffortModel  # from tau to measured effort
+    # (q, qd, qdd), (..., 7) each -> tau (..., 7) [N m].
+    inverse_dynamics: Callable[[Array, Array, Array], Array]
+
+    def momentum_terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
+        """
+        Return the momentum [N m s], C^T qd and G [N m], (7,) each, of the state q, qd (7,).
+
+        The momentum includes the added inertia of the effort model: its contribution to the effort
+        is the time derivative of its contribution to the momentum.
+        """
+        momentum, coriolis, gravity = self.arm.momentum_terms(q, qd)
+        return momentum + self.effort_model.added_inertia * qd, coriolis, gravity
+
+    def warm_up(self) -> None:
+        """Call each function once, so that lazy imports do not delay the first message."""
+        q, qd, qdd = np.zeros((3, N_JOINTS))
+        self.inverse_dynamics(q, qd, qdd)
+        self.momentum_terms(q, qd)
+        self.arm.gravity(q)
+        self.arm.terms(q, qd)
 
 
 @dataclass(frozen=True)
@@ -233,7 +258,7 @@ class PredictorSettings(Group):
 
     def parameters(self) -> dict[str, Any]:
         """Return the value of each setting by dotted name."""
-        return {setting.name: _value(self, setting.name) for setting in SETTINGS}
+        return {name: attrgetter(name)(self) for name in DEFAULTS}
 
     @cached_property
     def model(self) -> ArmModel:
@@ -255,32 +280,18 @@ class PredictorSettings(Group):
         terms['crosstalk'] = np.reshape(terms['crosstalk'], (N_JOINTS, N_JOINTS))
         effort_model = EffortModel(**terms)  # validated even if disabled
         return ArmModel(arm, effort_model if enabled else EffortModel.rigid(),
-                        _inverse_dynamics(self.method, arm))
+                        self._inverse_dynamics(arm))
+
+    def _inverse_dynamics(self, arm: BaxterArm) -> Callable[[Array, Array, Array], Array]:
+        if self.method == 'lagrange_euler':
+            return arm.inverse_dynamics
+        try:
+            from ..newton_euler import NewtonEuler
+        except ImportError as error:
+            raise ArgumentError('method', f'newton_euler needs Pinocchio: pip install pin, or '
+                                f'ros-jazzy-pinocchio from apt ({error})') from None
+        return NewtonEuler(arm).inverse_dynamics
 
 
-def _settings_of(group: Any) -> list[Setting]:
-    """Return the settings of a group and of the groups in it, in order of declaration."""
-    own = group.own_settings()
-    return [setting for each in fields(group)
-            for setting in ([own[each.name]] if each.name in own
-                            else _settings_of(type(each.default)))]
-
-
-def _value(settings: PredictorSettings, name: str) -> Any:
-    group, _, leaf = name.rpartition('.')
-    return getattr(getattr(settings, group) if group else settings, leaf)
-
-
-def _inverse_dynamics(method: str, arm: BaxterArm) -> Callable[[Array, Array, Array], Array]:
-    if method == 'lagrange_euler':
-        return arm.inverse_dynamics
-    try:
-        from ..newton_euler import NewtonEuler
-    except ImportError as error:
-        raise ArgumentError('method', f'newton_euler needs Pinocchio: pip install pin, or '
-                            f'ros-jazzy-pinocchio from apt ({error})') from None
-    return NewtonEuler(arm).inverse_dynamics
-
-
-SETTINGS = tuple(_settings_of(PredictorSettings))
+SETTINGS = tuple(PredictorSettings.all_settings())
 DEFAULTS = {setting.name: setting.default for setting in SETTINGS}

@@ -4,12 +4,10 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .continuity import Continuity, UNKNOWN_PERIOD
-from .events import DROPPED, Event, RESETS
+from .continuity import Continuity, UNKNOWN_PERIOD, VelocityCheck
+from .events import DROPPED, Event
 from .joint_selection import JointSelector
-from .retiming import Retiming
-from .stamp_evidence import SHORT_STEP
-from .velocity_check import VelocityCheck
+from .retiming import Retiming, SHORT_STEP
 from ..model.arrays import Array
 
 
@@ -35,32 +33,16 @@ class Stream:
     """
     Validates joint states and extracts one arm's samples.
 
-    Parameters
-    ----------
-    side : str
-        'right' or 'left'.
-    stamps : str
-        Source of stamps: one of :data:`.stamp_evidence.MODES`.
-    prefix : str
-        Prefix of the joint names in the messages.
-
-    Attributes
-    ----------
-    selector : JointSelector
-        Selects the arm's joints.
-    counts : Counter
-        Number of occurrences of each :class:`Event`, of all messages ('received'), and of those
-        that were not dropped ('taken').
-    clock : Retiming
-        Source of the stamps.
-    velocity_check : VelocityCheck
-        Compares measured velocity with measured position.
-
+    ``counts`` holds the number of occurrences of each :class:`Event`, of all messages
+    ('received'), and of those that were not dropped ('taken').
     """
 
     def __init__(self, side: str, stamps: str, prefix: str = '') -> None:
         self.selector = JointSelector(side, prefix)
         self.counts: Counter[Event | str] = Counter()
+        self._begin(stamps)
+
+    def _begin(self, stamps: str) -> None:
         self.clock = Retiming(stamps)
         self.velocity_check = VelocityCheck()
         self._continuity = Continuity()
@@ -69,52 +51,42 @@ class Stream:
     def reset(self, stamps: str | None = None) -> None:
         """Forget the stream but not the counts; change the source of stamps if given."""
         self.counts[Event.RESET_REQUESTED] += 1
-        if stamps is not None:
-            self.clock = Retiming(stamps)
-        self.clock.reset()
-        self.velocity_check.reset()
-        self._continuity.forget()
-        self._last_ns = None
+        self._begin(stamps or self.clock.mode)
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
              effort: Array, received_ns: 'int | None' = None) -> 'TimedState | State | Event':
         """
         Process a joint state; for the arguments see :meth:`.predictor.Predictor.handle`.
 
-        Returns
-        -------
-        TimedState, State or Event
-            An event if the message is dropped; the state alone while the period of re-timed stamps
-            is not known.
-
+        Returns an event if the message is dropped; the state alone while the period of re-timed
+        stamps is not known.
         """
-        self.counts['received'] += 1
+        counts, clock = self.counts, self.clock
+        counts['received'] += 1
         reading = self.selector.read(names, position, velocity, effort)
         if isinstance(reading, Event):
-            self.counts[reading] += 1
+            counts[reading] += 1
             return reading
         q, qd, measured = reading
-        clock = self.clock
         stamp = clock.select(stamp_ns, received_ns)
         period = clock.period or (UNKNOWN_PERIOD if clock.retimed else None)
         verdict = self._continuity.judge(stamp, q, qd, measured, period)
         if verdict is not None and verdict is not Event.REPEATED_STAMP:
-            self.counts[verdict] += 1
+            counts[verdict] += 1
             if verdict in DROPPED:
                 return verdict
-            if verdict in RESETS:
-                self._last_ns = None
-        self.counts['taken'] += 1
+            self._last_ns = None
+        counts['taken'] += 1
         if stamp_ns == 0 and received_ns is not None:
-            self.counts[Event.UNSTAMPED] += 1
+            counts[Event.UNSTAMPED] += 1
         if qd is None:
-            self.counts[Event.VELOCITY_MISSING] += 1
+            counts[Event.VELOCITY_MISSING] += 1
         usable_effort = self._usable_effort(measured)
         # The step to another publisher's message is no evidence about the robot's stamps.
         fresh = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
         time_ns = self._time(stamp_ns, fresh, received_ns)
         if time_ns is None:
-            self.counts[Event.AWAITING_PERIOD] += 1
+            counts[Event.AWAITING_PERIOD] += 1
             self._last_ns = None
             return State(stamp, q, qd, usable_effort, qd)
         dt, usable_qd = self._usable_velocity(self._step(time_ns, fresh), q, qd)
@@ -124,17 +96,13 @@ class Stream:
     def _time(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> int | None:
         """Return a message's time on the stream's time line [ns]; None while unknown."""
         clock = self.clock
-        source, resyncs, selected = clock.source, clock.resyncs, clock.select(
-            stamp_ns, received_ns)
+        selected = clock.select(stamp_ns, received_ns)
         time_ns = clock.update(stamp_ns, fresh, received_ns)
-        if clock.source != source:
-            self.counts[Event.RESET_STAMP_SOURCE] += 1
-            if clock.select(stamp_ns, received_ns) != selected:
-                self._continuity.forget()  # the next stamp is from another clock
-        elif clock.resyncs != resyncs:
-            self.counts[Event.RESET_RESYNC] += 1
-        if clock.restarted:
+        if clock.event is not None:
+            self.counts[clock.event] += 1
             self._last_ns = None
+            if clock.select(stamp_ns, received_ns) != selected:
+                self._continuity = Continuity()  # the next stamp is from another clock
         return time_ns
 
     def _step(self, time_ns: int, fresh: bool) -> float:

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from .diagnostic_updater import ERROR, OK, STALE, Status, WARN
 from .process import GuardedExecutor
 from .step_statistics import MAX_AGE, MessageLoss, PeriodStatistics, RecentSteps
-from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, REMEDIES, RESETS
+from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
 from ..model.arrays import Bools
@@ -195,8 +195,8 @@ class PredictorDiagnostics:
 
     def _remedies(self, events: tuple[Event, ...]) -> list[str]:
         """Return the remedies of events in the last period."""
-        return [REMEDIES[event] for event in events
-                if event in REMEDIES and self.statistics.since(event)]
+        return [event.remedy for event in events
+                if event.remedy and self.statistics.since(event)]
 
     def _counts(self, *events: Event | str) -> dict[str, object]:
         return {event.value if isinstance(event, Event) else event: self.statistics.counts[event]

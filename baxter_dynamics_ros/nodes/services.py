@@ -8,10 +8,10 @@ from sensor_msgs.msg import JointState
 
 from .messages import from_field, joint_state, stamp_ns, to_field
 from .step_statistics import MAX_AGE, RecentSteps
-from ..estimation.arm_model import ArmModel
-from ..estimation.events import Event, REMEDIES
+from ..estimation.events import Event
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor
+from ..estimation.settings import ArmModel
 from ..model.arrays import Array, finite, Indices
 from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS
@@ -147,4 +147,4 @@ def _pick(field: str, values: 'array[float]', state: JointState, layout: Indices
 
 def _remark(model: ArmModel, q: Array) -> str:
     held = model.effort_model.spring_is_held(q)
-    return f'; {REMEDIES[Event.SPRING_HELD]}' if held else ''
+    return f'; {Event.SPRING_HELD.remedy}' if held else ''

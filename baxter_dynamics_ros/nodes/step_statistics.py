@@ -7,8 +7,8 @@ import time
 import numpy as np
 
 from ..estimation.events import Event
+from ..estimation.external import HandWrench
 from ..estimation.predictor import Step
-from ..estimation.wrench import HandWrench
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS
 

@@ -15,7 +15,7 @@ from .playback import Block, play
 from .recording import Recording
 from .running import RunningStatistics
 from .stamp_statistics import StampClock, StampStatistics
-from ..estimation.events import Event, REMEDIES
+from ..estimation.events import Event
 from ..estimation.explanation import Explained, ResidualExplainer, WINDOW
 from ..estimation.predictor import Prediction, Predictor
 from ..estimation.settings import PredictorSettings
@@ -155,9 +155,9 @@ class _Run:
         elif stamps.lost and not counts[Event.REPEATED_STAMP]:
             yield Notice('lost', f'{stamps.lost} messages are lost: stamps are missing from their '
                          f'regular period of {1e3 * stamps.period:.1f} ms')
-        for event, remedy in REMEDIES.items():
-            if counts[event]:
-                yield Notice(event.value, f'{counts[event]} x {event.value}: {remedy}')
+        for event in Event:
+            if event.remedy and counts[event]:
+                yield Notice(event.value, f'{counts[event]} x {event.value}: {event.remedy}')
 
 
 class _Explanations:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .recording import JointState
-from ..estimation.predictor import Estimate, Predictor
+from ..estimation.motion_estimator import Estimate
+from ..estimation.predictor import Predictor
 from ..estimation.stream import State
 from ..model.arrays import Array
 from ..model.joints import N_JOINTS

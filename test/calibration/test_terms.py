@@ -1,7 +1,8 @@
 """Terms of a fit: columns are derivatives of the node's prediction, and links stay possible."""
 
 from baxter_dynamics_ros.calibration.terms import all_terms, Links, OPTIONAL, TERMS, Tilt, Tool
-from baxter_dynamics_ros.estimation.predictor import Estimate, Predictor
+from baxter_dynamics_ros.estimation.motion_estimator import Estimate
+from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.exceptions import ArgumentError
 from calibration.known_robot import columns, decoupled, updated

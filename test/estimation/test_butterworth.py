@@ -1,6 +1,6 @@
 """The filtered derivative against its transfer function, its step response and its equation."""
 
-from baxter_dynamics_ros.estimation.butterworth import ButterworthDerivative
+from baxter_dynamics_ros.estimation.motion_estimator import ButterworthDerivative
 import numpy as np
 import pytest
 
@@ -11,10 +11,10 @@ W = 2 * np.pi * CUTOFF  # [rad/s]
 def run(u: np.ndarray, dt: np.ndarray, cutoff: float = CUTOFF) -> tuple:
     """Filter samples u (n, ...), dt (n - 1,) apart; return values and derivatives (n, ...)."""
     filter_ = ButterworthDerivative(cutoff)
-    filter_.reset(u[0])
+    filter_.update(0.0, 0.0, u[0])
     states = [(filter_.value, filter_.derivative)]
     for sample, step in zip(u[1:], dt):
-        filter_.update(sample, step)
+        filter_.update(0.0, step, sample)
         states.append((filter_.value, filter_.derivative))
     value, derivative = zip(*states)
     return np.array(value), np.array(derivative)
@@ -95,20 +95,20 @@ def test_every_step_is_the_trapezoidal_rule(cutoff):
 def test_no_time_keeps_the_state_and_replaces_the_sample():
     once, twice = ButterworthDerivative(CUTOFF), ButterworthDerivative(CUTOFF)
     for filter_ in (once, twice):
-        filter_.reset(np.zeros(7))
-        filter_.update(np.ones(7), 0.01)
+        filter_.update(0.0, 0.0, np.zeros(7))
+        filter_.update(0.0, 0.01, np.ones(7))
     value, derivative = twice.value, twice.derivative
-    twice.update(np.full(7, 9.0), 0.0)
+    twice.update(0.0, 0.0, np.full(7, 9.0))
     np.testing.assert_array_equal(twice.value, value)
     np.testing.assert_array_equal(twice.derivative, derivative)
     for filter_ in (once, twice):
-        filter_.update(np.full(7, 2.0), 0.0)  # the last one counts
-        filter_.update(np.full(7, 3.0), 0.01)
+        filter_.update(0.0, 0.0, np.full(7, 2.0))  # the last one counts
+        filter_.update(0.0, 0.01, np.full(7, 3.0))
     np.testing.assert_array_equal(twice.value, once.value)
     unreplaced = ButterworthDerivative(CUTOFF)
-    unreplaced.reset(np.zeros(7))
-    unreplaced.update(np.ones(7), 0.01)
-    unreplaced.update(np.full(7, 3.0), 0.01)
+    unreplaced.update(0.0, 0.0, np.zeros(7))
+    unreplaced.update(0.0, 0.01, np.ones(7))
+    unreplaced.update(0.0, 0.01, np.full(7, 3.0))
     assert (twice.value > unreplaced.value).all()
 
 

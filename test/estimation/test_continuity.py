@@ -140,10 +140,3 @@ def test_velocity_that_comes_or_goes_starts_anew(continuity, after):
     assert judge(continuity, after + 20 * MS, qd=None) is None
     events = [judge(continuity, after + k * MS) for k in (30, 40)]
     assert events == CONFIRMED[Event.RESET_VELOCITY_SOURCE]
-
-
-def test_forget(continuity):
-    assert [judge(continuity, -MS) for _ in range(4)][-1] is Event.OUT_OF_ORDER
-    continuity.forget()
-    assert judge(continuity, -10_000 * MS, q=Q + 3.0, qd=None) is None
-    assert judge(continuity, -10_001 * MS, q=Q + 3.0, qd=None) is Event.OUT_OF_ORDER

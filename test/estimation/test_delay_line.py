@@ -3,7 +3,7 @@
 from collections import deque
 import weakref
 
-from baxter_dynamics_ros.estimation.delay_line import DelayLine
+from baxter_dynamics_ros.estimation.motion_estimator import History
 import numpy as np
 import pytest
 
@@ -11,9 +11,9 @@ Q, QD = np.linspace(-1.0, 1.0, 7), np.array([0.0, 1.0, -2.0, 0.5, 4.0, -0.1, 0.3
 EFFORT, RATE = np.linspace(30.0, -5.0, 7), np.linspace(-40.0, 60.0, 7)
 
 
-def filled(stamps, without_effort=()) -> DelayLine:
+def filled(stamps, without_effort=()) -> History:
     """Return a line that holds signals linear in time."""
-    line = DelayLine()
+    line = History()
     for i, t in enumerate(stamps):
         line.append(t, Q + QD * t, None if i in without_effort else EFFORT + RATE * t)
     return line
@@ -65,7 +65,7 @@ def test_reset_forgets():
 
 
 def test_memory_is_bounded_in_a_long_stream():
-    line, alive, most = DelayLine(), deque(), 0
+    line, alive, most = History(), deque(), 0
     for i in range(20_000):
         q = Q
         if i % 10 == 0:
@@ -79,7 +79,7 @@ def test_memory_is_bounded_in_a_long_stream():
 
 
 def test_memory_is_bounded_where_stamps_are_not_filled_in():
-    line, samples = DelayLine(), []
+    line, samples = History(), []
     for i in range(4000):
         q = np.empty(7)
         samples.append(weakref.ref(q))

@@ -53,7 +53,8 @@ def play(t, estimator, q=None, qd=None, efforts=None):
     rows = [[None] * len(t) if signal is None else signal for signal in (q, qd, efforts)]
     if q is None:
         rows[0] = np.zeros((len(t), 7))
-    return [estimator.update(*row).accelerated for row in zip(np.diff(t, prepend=t[0]), *rows)]
+    return [estimator.update(round(stamp * 1e9), *row).estimate
+            for stamp, *row in zip(t, np.diff(t, prepend=t[0]), *rows)]
 
 
 def estimate(t, estimator, measures_velocity=True) -> tuple:
@@ -62,6 +63,11 @@ def estimate(t, estimator, measures_velocity=True) -> tuple:
                    trajectory(t - VELOCITY_LAG)[1] if measures_velocity else None, effort(t))
     given = [motion is not None for motion in motions]
     return t[given], [motion for motion in motions if motion is not None]
+
+
+def delays(now, motions):
+    """Return the time from the instants of estimates to the stamps of their messages [s]."""
+    return now - np.array([motion.stamp_ns for motion in motions]) * 1e-9
 
 
 def error(motions, name: str, wanted: np.ndarray) -> float:
@@ -74,13 +80,13 @@ def error(motions, name: str, wanted: np.ndarray) -> float:
 @pytest.mark.parametrize('t', STAMPS.values(), ids=STAMPS.keys())
 def test_aligned_estimate_is_the_motion_at_its_instant(t, band, worst):
     now, motions = estimate(t, new(effort_band=band))
-    np.testing.assert_allclose([motion.delay for motion in motions], VELOCITY_LAG + FILTER_DELAY)
+    np.testing.assert_allclose(delays(now, motions), VELOCITY_LAG + FILTER_DELAY, atol=2e-9)
     then = now - (VELOCITY_LAG + FILTER_DELAY)
     q, qd, qdd = trajectory(then)
     assert error(motions, 'q', q) < 1e-3
     assert error(motions, 'qd', qd) < 4e-3
     assert error(motions, 'qdd', qdd) < 5e-3
-    assert error(motions, 'effort', effort(then)) < worst
+    assert error(motions, 'measured', effort(then)) < worst
 
 
 def test_effort_passes_as_velocity_of_its_instant_does(rng):
@@ -91,14 +97,14 @@ def test_effort_passes_as_velocity_of_its_instant_does(rng):
     motions = [motion for motion in motions if motion]
     assert len(motions) > 250
     for motion in motions:
-        np.testing.assert_allclose(motion.effort, motion.qd, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(motion.measured, motion.qd, rtol=0, atol=1e-9)
 
 
 def test_effort_has_the_step_response_of_a_butterworth_filter():
     t = 0.001 * np.arange(2000)
     step = np.repeat((t >= 1.0)[:, None], 7, axis=1).astype(float)
     motions = play(t, new(lag=0.0), None, np.zeros((2000, 7)), step)
-    found = np.array([motion.effort[0] for motion in motions[1000:]])
+    found = np.array([motion.measured[0] for motion in motions[1000:]])
     x = W * (t[1000:] - 1.0) / np.sqrt(2)
     wanted = 1.0 - np.exp(-x) * (np.cos(x) + np.sin(x))
     np.testing.assert_allclose(found, wanted, atol=0.01)
@@ -108,24 +114,25 @@ def test_effort_has_the_step_response_of_a_butterworth_filter():
 def test_effort_is_withheld_until_its_filter_has_settled_again(missing):
     rows = [None if missing[0] <= k < missing[1] else row for k, row in enumerate(effort(T))]
     motions = play(T, new(), trajectory(T)[0], trajectory(T - VELOCITY_LAG)[1], rows)
-    has_effort = np.array([motion is not None and motion.effort is not None for motion in motions])
+    has_effort = np.array([motion is not None and motion.measured is not None
+                           for motion in motions])
     assert has_effort[21:100].all()
     assert not has_effort[missing[0] + 2:missing[1] + 21].any()
     assert has_effort[missing[1] + 23:].all()
     assert all(motions[21:])  # predictions go on
     then = T[missing[1] + 23:] - (VELOCITY_LAG + FILTER_DELAY)
-    assert error(motions[missing[1] + 23:], 'effort', effort(then)) < 3e-3
+    assert error(motions[missing[1] + 23:], 'measured', effort(then)) < 3e-3
 
 
 def test_unaligned_estimate_has_the_newest_values():
     estimator = new(align=False)
     assert estimator.delay == 0.0
     now, motions = estimate(T, estimator)
-    assert {motion.delay for motion in motions} == {0.0}
+    assert np.abs(delays(now, motions)).max() < 2e-9
     for i in (0, 250, -1):
         np.testing.assert_array_equal(motions[i].q, trajectory(now)[0][i])
         np.testing.assert_array_equal(motions[i].qd, trajectory(now - VELOCITY_LAG)[1][i])
-        np.testing.assert_array_equal(motions[i].effort, effort(now)[i])
+        np.testing.assert_array_equal(motions[i].measured, effort(now)[i])
     lagging = trajectory(now - VELOCITY_LAG - FILTER_DELAY)[2]
     assert error(motions, 'qdd', lagging) < 1e-2
 
@@ -136,12 +143,12 @@ def test_estimates_are_withheld_until_settled(name, align):
     now, motions = estimate(t, estimator)
     assert estimator.settling_time == pytest.approx(SETTLED, rel=1e-12)
     np.testing.assert_array_equal(now, t[t - t[0] >= SETTLED])
-    assert all(motion.effort is not None for motion in motions)
+    assert all(motion.measured is not None for motion in motions)
     estimator.reset()
     again, others = estimate(t, estimator)
     np.testing.assert_array_equal(again, now)
     for motion, other in zip(motions, others):
-        np.testing.assert_array_equal(motion.effort, other.effort)
+        np.testing.assert_array_equal(motion.measured, other.measured)
 
 
 def test_estimates_are_withheld_until_history_reaches_back():
@@ -154,20 +161,20 @@ def test_estimates_are_withheld_until_history_reaches_back():
 @pytest.mark.parametrize('name, lag', [('100 Hz', 0.015), ('400 Hz', 0.01625), ('50 Hz', 0.010)])
 def test_missing_velocity_is_the_slope_of_the_positions(name, lag):
     now, motions = estimate(STAMPS[name], new(), measures_velocity=False)
-    delays = np.array([motion.delay for motion in motions])
-    np.testing.assert_allclose(delays, lag + FILTER_DELAY, atol=1e-9)
+    late_by = delays(now, motions)
+    np.testing.assert_allclose(late_by, lag + FILTER_DELAY, atol=2e-9)
     late = now > now[0] + 0.8  # the slope begins at zero: a jump, which decays
-    q, qd, qdd = trajectory((now - delays)[late])
+    q, qd, qdd = trajectory((now - late_by)[late])
     motions = [motion for motion, is_late in zip(motions, late) if is_late]
     assert error(motions, 'q', q) < 1e-3
     assert error(motions, 'qd', qd) < 4e-3
     assert error(motions, 'qdd', qdd) < 5e-3
-    assert error(motions, 'effort', effort((now - delays)[late])) < 3e-3
+    assert error(motions, 'measured', effort((now - late_by)[late])) < 3e-3
 
 
 def test_missing_effort_stays_missing():
     motions = [motion for motion in play(T, new(), trajectory(T)[0], trajectory(T)[1]) if motion]
-    assert motions and all(motion.effort is None for motion in motions)
+    assert motions and all(motion.measured is None for motion in motions)
 
 
 @pytest.mark.parametrize('align', [True, False])
@@ -175,8 +182,8 @@ def test_repeated_stamp_gives_no_estimate(align):
     estimator = new(align=align)
     estimate(T, estimator)
     q, qd, _ = (array[0] for array in trajectory(T[-1:]))
-    assert estimator.update(0.0, q, qd, None).accelerated is None
-    assert estimator.update(0.01, q, qd, None).accelerated is not None
+    assert estimator.update(0, 0.0, q, qd, None).estimate is None
+    assert estimator.update(0, 0.01, q, qd, None).estimate is not None
 
 
 def test_velocity_is_aligned_with_position_and_raw_effort_of_its_instant():
@@ -184,8 +191,9 @@ def test_velocity_is_aligned_with_position_and_raw_effort_of_its_instant():
     estimator = new()
     for row in zip(np.diff(t, prepend=0.0), trajectory(t)[0], trajectory(t - VELOCITY_LAG)[1],
                    effort(t)):
-        found = estimator.update(*row)
-    assert found.lag == VELOCITY_LAG and found.t == pytest.approx(t[-1] - VELOCITY_LAG, abs=1e-9)
+        found = estimator.update(10 ** 9, *row)
+    assert found.stamp_ns == 986_000_000
+    assert found.t == pytest.approx(t[-1] - VELOCITY_LAG, abs=1e-9)
     wanted = *trajectory(t[-1:] - VELOCITY_LAG)[:2], effort(t[-1:] - VELOCITY_LAG)
     for x, y in zip((found.q, found.qd, found.effort), wanted):
         np.testing.assert_allclose(x, y[0], atol=1e-2)
@@ -197,5 +205,5 @@ def test_memory_is_bounded(align, dt):
     for _ in range(2000):
         q = np.zeros(7)
         samples.append(weakref.ref(q))
-        estimator.update(dt, q, np.zeros(7), None)
+        estimator.update(0, dt, q, np.zeros(7), None)
     assert sum(sample() is not None for sample in samples) < 100

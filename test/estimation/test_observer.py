@@ -1,7 +1,7 @@
 """The momentum observer: its law, its sign, its rate, and what it does at the edges."""
 
 from baxter_dynamics_ros import BaxterArm, Payload
-from baxter_dynamics_ros.estimation.observer import MomentumObserver
+from baxter_dynamics_ros.estimation.external import MomentumObserver
 import numpy as np
 import pytest
 

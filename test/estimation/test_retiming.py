@@ -1,7 +1,6 @@
 """Times of arrival are recognised; the robot's own stamps never are."""
 
-from arrivals import lossy, made, PATTERNS, run, stalled, START
-from baxter_dynamics_ros.estimation.retiming import Retiming
+from arrivals import lossy, made, PATTERNS, Retiming, run, stalled, START
 import numpy as np
 import pytest
 

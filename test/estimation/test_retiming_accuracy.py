@@ -2,9 +2,8 @@
 
 from functools import lru_cache
 
-from arrivals import increases, JITTER, made, PATTERNS, run
+from arrivals import increases, JITTER, made, PATTERNS, Retiming, run
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
-from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.sensors import Sensors
 import numpy as np
@@ -46,7 +45,7 @@ def acceleration_error(rate, stamps, since):
     errors = []
     truth = motion(t - estimator.delay, 2)
     for i, dt in zip(given, np.diff(stamps[given], prepend=stamps[given[0]])):
-        estimate = estimator.update(dt, q[i], qd[i], None).accelerated
+        estimate = estimator.update(0, dt, q[i], qd[i], None).estimate
         if t[i] > since and estimate is not None:
             errors.append(estimate.qdd - truth[i])
     return np.sqrt(np.mean(np.square(errors)))

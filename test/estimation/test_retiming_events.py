@@ -1,8 +1,7 @@
 """What can happen to times of arrival: another rate, pauses, losses, and stamps of any sort."""
 
-from arrivals import increases, made, PATTERNS, run, stalled, START
-from baxter_dynamics_ros.estimation.retiming import Retiming
-from baxter_dynamics_ros.estimation.stamp_evidence import MODES
+from arrivals import increases, made, PATTERNS, Retiming, run, stalled, START
+from baxter_dynamics_ros.estimation.retiming import MODES
 import numpy as np
 import pytest
 
@@ -125,16 +124,3 @@ def test_the_same_message_again_changes_nothing():
         for _ in range(2):
             assert twice.update(stamp, False) == wanted
             assert not twice.restarted
-
-
-def test_reset_forgets_everything():
-    arrivals = stalled(made(100.0, 4.0))
-    for mode in MODES:
-        retiming = Retiming(mode)
-        wanted = run(retiming, arrivals)
-        run(retiming, arrivals)  # the clock is set back: a resync
-        assert retiming.resyncs == (mode != 'header')
-        retiming.reset()
-        assert retiming.retimed == (mode in ('arrival', 'receipt'))
-        assert retiming.resyncs == 0 and retiming.period is None
-        np.testing.assert_array_equal(run(retiming, arrivals), wanted)

@@ -1,8 +1,7 @@
 """Recordings of a real arm whose messages come in bursts, re-timed: as good as even stamps."""
 
-from arrivals import bursts
+from arrivals import bursts, Retiming
 from baxter_dynamics_ros.estimation.predictor import Predictor
-from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np

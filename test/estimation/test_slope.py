@@ -1,8 +1,18 @@
 """Velocity from positions: exact on straight lines, its lag right, untouched by jitter."""
 
-from baxter_dynamics_ros.estimation.slope import PositionSlope
+from baxter_dynamics_ros.estimation.motion_estimator import History
 import numpy as np
 import pytest
+
+
+class PositionSlope(History):
+    """History that keeps the lag of its slope."""
+
+    def update(self, t, q):
+        self.append(t, q, None)
+        slope, self.lag = self.slope()
+        return slope
+
 
 SPEED = np.array([0.0, 1.0, -2.0, 0.3, 4.0, -0.01, 0.7])  # [rad/s]
 START = np.array([0.4, -0.5, 0.0, 1.0, 3.0, -3.0, 0.1])  # [rad]

@@ -1,8 +1,7 @@
 """The door: what it lets in and as what, on which time line, and that nothing goes uncounted."""
 
-from arrivals import bursts
+from arrivals import bursts, Retiming
 from baxter_dynamics_ros.estimation.events import Event, RESETS
-from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.stream import Stream, TimedState
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np

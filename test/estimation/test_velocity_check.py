@@ -1,9 +1,9 @@
 """Measured velocity against positions: zero, frozen, other units, and real recordings."""
 
+from baxter_dynamics_ros.estimation.continuity import VelocityCheck
 from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.estimation.velocity_check import VelocityCheck
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 from perfect_robot import measured

@@ -1,7 +1,7 @@
 """The wrench at the hand: what was exerted comes back, or nothing does; never a huge number."""
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
-from baxter_dynamics_ros.estimation.wrench import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
+from baxter_dynamics_ros.estimation.external import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
 from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.model.lagrange_euler import transform
 from baxter_dynamics_ros.model.parameters import paper_parameters
