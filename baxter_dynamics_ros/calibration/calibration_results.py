@@ -45,8 +45,7 @@ class Judged:
     duration: float  # without contact [s]
     before: Array  # RMS (7,) of the residual with the initial settings, without contact [N m]
     after: Array  # ... with a fit to the other folds
-    # ... with a fit to the other folds, contact included; None if there is no contact
-    with_contact: 'Array | None' = None
+    with_contact: 'Array | None' = None  # ... and contact included; None if there is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +65,6 @@ class Calibration:
     samples: int  # fitted samples
     duration: float  # of these [s]
     s1_range: tuple[float, float]  # range of s1 without outliers [rad]
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Return the notices as lines of text."""
-        return tuple(map(str, self.notices))
 
     @property
     def rms_before(self) -> Array:

@@ -121,11 +121,10 @@ class Fit:
         """
         problem = self._problem
         times = correlation_times(self._residuals, [motion.period for motion in problem.motions])
-        mask = _free(problem, self._active)
-        free = np.flatnonzero(mask)
-        covariance = np.zeros(2 * (len(mask),))
+        free = np.flatnonzero(self._active & ~problem.tied)
+        covariance = np.zeros(2 * (len(self._active),))
         covariance[np.ix_(free, free)] = np.linalg.inv(information(
-            problem.whole, problem.weights(self._rms, times), mask, problem.prior))
+            problem.whole, problem.weights(self._rms, times), free, problem.prior))
         jackknife = (len(self.left_out) - 1) * np.var(self.left_out, axis=0)
         scale = np.ones(len(covariance))
         scale[free] = np.sqrt(np.maximum(jackknife[free] / np.diag(covariance)[free], 1.0))
@@ -142,24 +141,16 @@ def _is_bilinear(problem: Problem, active: Bools) -> bool:
     return Tilt in kinds and bool(kinds & {Links, Tool}) or Crosstalk in kinds
 
 
-def _free(problem: Problem, active: Bools) -> Bools:
-    """Return the active parameters that do not follow from others, (p,) bool."""
-    free = active.copy()
-    for term, where in problem.terms:
-        free[[where.start + k for k in term.fixed]] = False
-    return free
-
-
 def _solve(problem: Problem, sums: Array, weights: Array, active: Bools) -> Array:
     """Return the deviations (p,), with tied parameters and physically consistent links."""
-    prior, free = problem.prior.copy(), _free(problem, active)
+    prior, free = problem.prior.copy(), active & ~problem.tied
     b: Array = np.zeros(len(active))
     tools = [(term, where) for term, where in problem.terms
              if isinstance(term, Tool) and active[where].any()]
     for _ in range(_TIES if tools else 1):
         b = solve(sums, weights, free, prior, problem.lower, b)
         for term, where in tools:
-            b[[where.start + k for k in term.fixed]] = term.second_moments(b[where])
+            b[where][list(term.fixed)] = term.second_moments(b[where])
     for term, where in problem.terms:
         while isinstance(term, Links) and (
                 least := term.least_eigenvalues(b[where])).min() < _LINK_MARGIN:
@@ -176,19 +167,15 @@ def correlation_times(residuals: list[Array], periods: list[float]) -> Array:
     The integral of their autocorrelation, summed to where it has become small (Sokal's window).
     """
     times = []
-    for joint in range(N_JOINTS):
-        parts = []
-        for each, period in zip(residuals, periods):
-            x = each[:, joint] - each[:, joint].mean()
-            spectrum = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
-            correlation = np.fft.irfft(spectrum)[:len(x)]
-            if correlation[0] == 0.0:
-                continue
-            integral = 2 * np.cumsum(correlation / correlation[0]) - 1
-            window = np.flatnonzero(np.arange(len(x)) >= 5 * integral)
-            parts.append(period * integral[window[0] if len(window) else -1])
-        times.append(max(np.mean(parts), SHORTEST) if parts else SHORTEST)
-    return np.array(times)
+    for left, period in zip(residuals, periods):
+        x = left - left.mean(0)
+        spectrum = np.abs(np.fft.rfft(x, 2 * len(x), axis=0)) ** 2
+        correlation = np.fft.irfft(spectrum, axis=0)[:len(x)]
+        integral = 2 * np.cumsum(correlation / np.maximum(correlation[0], 1e-12), axis=0) - 1
+        is_small = np.arange(len(x))[:, None] >= 5 * integral
+        end = np.where(is_small.any(0), is_small.argmax(0), -1)
+        times.append(period * integral[end, range(N_JOINTS)])
+    return np.maximum(np.mean(times, axis=0), SHORTEST)
 
 
 def expected_deviation(left: Array, qd: Array, qdd: Array) -> tuple[Array, ...]:

@@ -71,20 +71,6 @@ class Motion:
         """Typical time between two estimates [s]."""
         return float(np.median(np.diff(self.time)))
 
-    @cached_property
-    def speed(self) -> Array:
-        """
-        Speed from positions alone, (m, 7) [rad/s].
-
-        Measured velocities have a noise of 0.1 rad/s on some arms, this speed one of 0.003 rad/s.
-        """
-        result = [np.zeros((1, N_JOINTS))]
-        for segment in self.segments:
-            t, q = self.time[segment], self.q[segment]
-            k = max(round(_SPEED_SPAN / self.period), 1) if len(t) > 1 else 1
-            result.append((q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None])
-        return np.concatenate(result)
-
     def presliding(self, *lengths: float) -> Array:
         """Return Dahl's state (n, m, 7) for m angles over which friction reverses [rad]."""
         missing = [length for length in lengths if length not in self._presliding]
@@ -137,8 +123,24 @@ def rms(values: Array) -> Array:
 
 def turning(motions: list[Motion]) -> Bools:
     """Return the joints whose positions move in both directions, (7,) bool."""
-    speed = np.concatenate([motion.speed for motion in motions])
-    return (speed.max(0) > _MOVES) & (speed.min(0) < -_MOVES)
+    lowest, highest = _speeds(motions)
+    return (highest > _MOVES) & (lowest < -_MOVES)
+
+
+def _speeds(motions: list[Motion]) -> Array:
+    """
+    Return the lowest and the highest speed of each joint, from positions alone, (2, 7) [rad/s].
+
+    Measured velocities have a noise of 0.1 rad/s on some arms, this speed one of 0.003 rad/s.
+    """
+    speeds = [np.zeros((1, N_JOINTS))]
+    for motion in motions:
+        for segment in motion.segments if len(motion) else []:
+            t, q = motion.time[segment], motion.q[segment]
+            k = max(round(_SPEED_SPAN / motion.period), 1) if len(t) > 1 else 1
+            speeds.append((q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None])
+    every = np.concatenate(speeds)
+    return np.stack([every.min(0), every.max(0)])
 
 
 def long_enough(motions: list[Motion]) -> list[Motion]:
@@ -178,7 +180,7 @@ def refuse(motions: list[Motion]) -> None:
     if duration < _SHORTEST:
         raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
                                f'{_SHORTEST:g} s, better a minute (--plan shows one)')
-    fastest = _fastest(motions)
+    fastest = np.abs(_speeds(motions)).max(0)
     if (fastest < _MOVES).all():
         raise CalibrationError(f'no joint moves faster than {fastest.max():.3f} rad/s: record a '
                                'motion that turns every joint round (--plan shows one)')
@@ -200,7 +202,7 @@ def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck
 
 def warnings(motions: list[Motion]) -> Iterator[Notice]:
     """Yield warnings about the recordings."""
-    moving = _fastest(motions) > _MOVES
+    moving = np.abs(_speeds(motions)).max(0) > _MOVES
     for kind, which, what in (
             ('still', ~moving, f'never moves faster than {_MOVES:g} rad/s'),
             ('one_way', moving & ~turning(motions), 'turns one way only')):
@@ -216,8 +218,3 @@ def warnings(motions: list[Motion]) -> Iterator[Notice]:
                 yield Notice(event.value,
                              f'{motion.counts[event]} x {event.value}: {event.remedy}',
                              recording=motion.name)
-
-
-def _fastest(motions: list[Motion]) -> Array:
-    """Return the maximum speed of each joint (7,) [rad/s]."""
-    return np.max([np.abs(motion.speed).max(0) for motion in motions if len(motion)], axis=0)

@@ -63,15 +63,18 @@ class Term(ABC):
     """Term of a fit; its p parameters are deviations from the settings."""
 
     name: str  # shared by alternatives of the same term
-    prior: Array  # (p,) standard deviations
-    lower: Array  # (p,) lower bounds
-    acts: Bools  # (7, p) whether a parameter acts on a joint
     quantities: list[tuple[int | None, str, str]]  # reported: joint or link, component, unit
     shared = False  # whether the term acts on all joints together
     separate = False  # whether each parameter is selected by itself, and must help in most folds
     least = 0.0  # minimum absolute value of a parameter that is selected by itself
     worth = WORTH
     fixed: tuple[int, ...] = ()  # parameters that follow from the others
+
+    def __init__(self, prior: Array, acts: Bools | bool = True,
+                 lower: Array | float = -np.inf) -> None:
+        self.prior = prior  # (p,) standard deviations
+        self.acts = np.zeros((N_JOINTS, len(prior)), dtype=bool) | acts  # on which joints
+        self.lower = np.zeros(len(prior)) + lower  # (p,) bounds
 
     @abstractmethod
     def columns(self, sample: Sample, joint: int) -> Array:
@@ -106,10 +109,9 @@ class PerJoint(Term):
     def __init__(self, name: str, column: Callable[[Sample], Array], prior: Array = TORQUE,
                  lower: Array | float = -np.inf, worth: float = WORTH,
                  without: Collection[int] = (), **constants: float) -> None:
-        self.name, self.prior, self.worth = name, prior, worth
-        self.lower = np.broadcast_to(lower, N_JOINTS)
-        self.acts = np.eye(N_JOINTS, dtype=bool)
+        super().__init__(prior, np.eye(N_JOINTS, dtype=bool), lower)
         self.acts[list(without)] = False
+        self.name, self.worth = name, worth
         self.quantities = [(joint, '', _UNITS[f'effort_model.{name}'])
                            for joint in range(N_JOINTS)]
         self.constants = constants  # further settings of the effort model with this term
@@ -141,10 +143,9 @@ class Spring(Term):
         self._units = np.eye(5)[first:] if shape else model.spring_coefficients[None]
         self.quantities = ([(S1, component, 'N m') for component in _COMPONENTS[first:]]
                            if shape else [(S1, 'gain', '-')])
-        n = len(self.quantities)
-        self.prior = np.full(n, _GAIN if not shape else _NEW_SHAPE if constant else _SHAPE)
-        self.lower = np.full(n, -np.inf)
-        self.acts = np.repeat(np.arange(N_JOINTS)[:, None] == S1, n, axis=1)
+        deviation = _GAIN if not shape else _NEW_SHAPE if constant else _SHAPE
+        super().__init__(np.full(len(self.quantities), deviation),
+                         np.arange(N_JOINTS)[:, None] == S1)
 
     def columns(self, sample: Sample, joint: int) -> Array:
         angle = np.clip(sample.motion.q[:, S1], *self._range)
@@ -166,10 +167,12 @@ class Crosstalk(Term):
     separate = True
     least = 0.02  # smaller ones, mostly at the wrist, imitate other errors and do not travel
     worth = WORTH_OF_ODD
-    prior, lower = np.full(42, _CROSSTALK), np.full(42, -np.inf)
     where = np.flatnonzero(~np.eye(N_JOINTS, dtype=bool))  # in the matrix, row by row
-    acts = where // N_JOINTS == np.arange(N_JOINTS)[:, None]
     quantities = [(k // N_JOINTS, f'of {JOINTS[k % N_JOINTS]}', '-') for k in where.tolist()]
+
+    def __init__(self) -> None:
+        super().__init__(np.full(len(self.where), _CROSSTALK),
+                         self.where // N_JOINTS == np.arange(N_JOINTS)[:, None])
 
     def columns(self, sample: Sample, joint: int) -> Array:
         return np.delete(sample.effort, joint, axis=1)

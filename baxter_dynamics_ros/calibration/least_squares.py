@@ -3,13 +3,13 @@
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.optimize import lsq_linear
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
 
 from .fit_data import Motion
 from .joint_terms import Sample, Term
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Bools
+from ..model.arrays import Array, Bools, Indices
 from ..model.joints import N_JOINTS
 
 # Lower bound of the correlation time [s]: model errors recur with the motion.
@@ -38,6 +38,9 @@ class Problem:
         self.prior = np.concatenate([term.prior for term in terms])  # (p,) standard deviations
         self.lower = np.concatenate([term.lower for term in terms])  # (p,) lower bounds
         self.acts = np.concatenate([term.acts for term in terms], axis=1)  # (7, p)
+        # (p,) whether a parameter follows from others
+        self.tied = np.concatenate([np.isin(range(len(term.prior)), term.fixed)
+                                    for term in terms])
         self.none = np.zeros(ends[-1], dtype=bool)  # mask of no parameter
         self._about = np.zeros(ends[-1]) if about is None else about
         self._model = self.updated(self._about).model
@@ -131,20 +134,22 @@ def solve(sums: Array, weights: Array, active: Bools, prior: Array, lower: Array
     b = np.zeros(len(active)) if known is None else np.where(active, 0.0, known)
     if not active.any():
         return b
-    vector = np.tensordot(weights, sums[:, :-1][:, active] @ np.append(-b, 1.0), 1)
-    lower = lower[active]
-    factor = cho_factor(information(sums, weights, active, prior), lower=False)
-    free = cho_solve(factor, vector)
-    if (free < lower).any():
-        upper = np.triu(factor[0])
-        free = lsq_linear(upper, solve_triangular(upper, vector, trans='T'),
-                          bounds=(lower, np.inf), method='bvls').x
-    b[active] = free
+    index = np.flatnonzero(active)
+    index = index[np.argsort(np.isfinite(lower[index]), kind='stable')]  # bounded ones last
+    vector = np.tensordot(weights, sums[:, index, :] @ np.append(-b, 1.0), 1)
+    root = np.linalg.cholesky(information(sums, weights, index, prior)).T
+    right = solve_triangular(root, vector, trans='T')
+    b[index] = solve_triangular(root, right)
+    if (b < lower)[index].any():
+        n = np.isinf(lower[index]).sum()
+        bounded = lower[index[n:]]
+        above, _ = nnls(root[n:, n:], right[n:] - root[n:, n:] @ bounded)
+        b[index[n:]] = bounded + above
+        b[index[:n]] = solve_triangular(root[:n, :n], right[:n] - root[:n, n:] @ b[index[n:]])
     return b
 
 
-def information(sums: Array, weights: Array, active: Bools, prior: Array) -> Array:
-    """Return the inverse of the covariance of the active parameters, prior and data together."""
-    index = np.flatnonzero(active)
+def information(sums: Array, weights: Array, index: Indices, prior: Array) -> Array:
+    """Return the inverse of the covariance of some parameters, prior and data together."""
     data: Any = np.tensordot(weights, sums[:, index[:, None], index], 1)
     return data + np.diag(prior[index] ** -2.0)

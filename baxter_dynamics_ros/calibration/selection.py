@@ -20,22 +20,21 @@ def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, dict[int, l
     """
     Find the parameters of single joints that the data do not show, even fitted with bias alone.
 
-    This includes all of joints that do not reverse. Returned are the parameters, (p,) bool, and
-    the names of their terms by joint.
+    This includes all of joints that do not reverse. Return a mask of the parameters, (p,), and the
+    names of their terms by joint.
     """
     reverses = turning(problem.motions)
+    known = information(problem.whole, weights, np.flatnonzero(~problem.none), problem.prior)
+    bias = [where.start for term, where in problem.terms if term.name == 'bias']
     mask = problem.none.copy()
     lost: dict[int, list[str]] = {}
-    bias = [where.start for term, where in problem.terms if term.name == 'bias']
     for term, where in problem.terms:
         if term.shared or term.name == 'bias':
             continue
         for joint, k in np.argwhere(term.acts).tolist():
             k += where.start
-            active = problem.none.copy()
-            active[[k, *(start + joint for start in bias)]] = True
-            inverse = np.linalg.inv(information(problem.whole, weights, active, problem.prior))
-            variance = np.diag(inverse)[np.flatnonzero(active) == k].item()
+            own = [k, *(start + joint for start in bias)]
+            variance = np.linalg.inv(known[np.ix_(own, own)])[0, 0]
             if not reverses[joint] or np.sqrt(variance) > _UNKNOWN * problem.prior[k]:
                 mask[k] = True
                 if not term.separate and term.name not in lost.setdefault(joint, []):

@@ -39,21 +39,23 @@ for _n, (_i, _k) in enumerate(_PAIRS):
 
 
 class _BodyTerm(Term):
-    """Term whose parameters act on several joints."""
+    """Term that acts on several joints by base parameters."""
 
     shared = True
     worth = WORTH_OF_ALL
+    base: Array  # (p, 45) base parameters for a unit of each parameter
 
-    def __init__(self, prior: Array) -> None:
-        self.prior = prior
-        self.lower = np.full(len(prior), -np.inf)
-        self.acts = np.ones((N_JOINTS, len(prior)), dtype=bool)
+    def columns(self, sample: Sample, joint: int) -> Array:
+        y = sample.regressor[:, joint]
+        return y @ self.base[self.acts[joint], :y.shape[1]].T
 
 
-class Tilt(_BodyTerm):
+class Tilt(Term):
     """Tilt of the robot's base, as the horizontal components of gravity."""
 
     name = 'tilt'
+    shared = True
+    worth = WORTH_OF_ALL
     quantities = [(None, axis, 'm/s^2') for axis in 'xy']
 
     def __init__(self) -> None:
@@ -87,18 +89,14 @@ class Links(_BodyTerm):
         ('mass', 'kg'), ('moment x', 'kg m'), ('moment y', 'kg m'), ('moment z', 'kg m'))]
 
     def __init__(self, arm: BaxterArm) -> None:
-        super().__init__(np.full(N_JOINTS * len(_PAIRS), _LINK))
         # A joint bears the links from its own on.
-        self.acts = np.triu(np.ones((N_JOINTS, N_JOINTS), dtype=bool)).repeat(len(_PAIRS), axis=1)
+        acts = np.triu(np.ones((N_JOINTS, N_JOINTS), dtype=bool)).repeat(len(_PAIRS), axis=1)
+        super().__init__(np.full(N_JOINTS * len(_PAIRS), _LINK), acts)
         root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
         self._before = arm.parameters.pseudo_inertia
         self._units = root[:, None] @ _SYMMETRIC @ root.swapaxes(-1, -2)[:, None]
-        self._base = np.concatenate([fixed_to_link(arm.parameters, link, units)
-                                     for link, units in enumerate(self._units)])  # (70, 45)
-
-    def columns(self, sample: Sample, joint: int) -> Array:
-        y = sample.regressor[:, joint]
-        return y @ self._base[self.acts[joint], :y.shape[1]].T
+        self.base = np.concatenate([fixed_to_link(arm.parameters, link, units)
+                                    for link, units in enumerate(self._units)])
 
     def least_eigenvalues(self, deviation: Array) -> Array:
         """Return the smallest eigenvalue of 1 + S of each link, (7,)."""
@@ -139,12 +137,7 @@ class Tool(_BodyTerm):
         self.prior[self.mass] = _PAYLOAD_MASS
         self.lower[self.mass] = -arm.payload.mass
         self._before = arm.payload
-        self._base = fixed_to_link(arm.parameters, N_JOINTS - 1,
-                                   np.where(_SYMMETRIC, 1.0, 0.0))  # (10, 45)
-
-    def columns(self, sample: Sample, joint: int) -> Array:
-        y = sample.regressor[:, joint]
-        return y @ self._base[:, :y.shape[1]].T
+        self.base = fixed_to_link(arm.parameters, N_JOINTS - 1, np.where(_SYMMETRIC, 1.0, 0.0))
 
     def total(self, deviation: Array) -> tuple[float, Array]:
         """Return the payload's mass [kg] and centre of mass (3,) [m]."""

@@ -94,7 +94,7 @@ def record(truth=FRICTION, seed=0, duration=12.0, lag=0.014, motion=wander):
 @cache
 def recordings(kind):
     """Return recordings of a robot with all terms or with friction only; each was made once."""
-    truth, n = {'all': (ALL, 4), 'friction': (FRICTION, 2)}[kind]
+    truth, n = {'all': (ALL, 3), 'friction': (FRICTION, 2)}[kind]
     return [record(truth, seed, 24.0) for seed in range(n)]
 
 
@@ -120,6 +120,11 @@ def errors(calibration, truth):
 def kept(calibration):
     """Return the joints where each term was kept."""
     return {step.term: tuple(JOINTS[i] for i in step.joints) for step in calibration.steps[1:]}
+
+
+def warnings(calibration):
+    """Return the notices as lines of text."""
+    return [str(notice) for notice in calibration.notices]
 
 
 def make_motion(n, rng):
@@ -163,7 +168,7 @@ def _true_value(parameter, truth):
     term, which, joint = parameter.term, parameter.component, parameter.joint
     if term == 'tilt':
         return values['gravity']['xyz'.index(which)]
-    if term == 'spring':  # a gain: the shapes of the tests are compared as curves
+    if term == 'spring':  # a gain
         return values['effort_model.spring_coefficients'][2] / SPRING_COEFFICIENTS[2]
     if term == 'crosstalk':
         return values['effort_model.crosstalk'][7 * joint + JOINTS.index(which[3:])]
@@ -171,7 +176,4 @@ def _true_value(parameter, truth):
         mass = values['links.mass'][joint]
         return mass if which == 'mass' else mass * values['links.center_of_mass'][
             3 * joint + 'xyz'.index(which[-1])]
-    if term == 'payload':
-        return (values['payload.mass'] if which == 'mass' else
-                values['payload.center_of_mass']['xyz'.index(which[-1])])
     return values[f'effort_model.{term}'][joint]

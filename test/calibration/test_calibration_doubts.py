@@ -7,7 +7,7 @@ from baxter_dynamics_ros.estimation.settings import EffortModelSettings, Predict
 from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.joints import JOINTS
 from calibration.known_robot import (calibrated, CENTER, errors, FRICTION, LEAST, record,
-                                     recordings, wander)
+                                     recordings, wander, warnings)
 import numpy as np
 import pytest
 
@@ -26,10 +26,10 @@ def test_joints_that_do_not_reverse_are_named_and_keep_their_parameters():
         q[:, 4], qd[:, 4], qdd[:, 4] = 0.1 * t - start - 1.0, start, 0.1 * np.exp(-t)
         return q, qd, qdd
     found = calibrate([record(FRICTION, seed, motion=motion) for seed in range(2)])
-    assert 's1, w2: never moves faster than 0.05 rad/s' in found.warnings
-    assert 'w0: turns one way only' in found.warnings
+    assert 's1, w2: never moves faster than 0.05 rad/s' in warnings(found)
+    assert 'w0: turns one way only' in warnings(found)
     for joint in (1, 4, 6):
-        (line,) = [line for line in found.warnings if line.startswith(
+        (line,) = [line for line in warnings(found) if line.startswith(
             f'{JOINTS[joint]}: the motion does not show')]
         for term in ('coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness'):
             assert getattr(found.after.effort_model, term)[joint] == 0.0, term
@@ -54,7 +54,7 @@ def test_no_lag_without_velocities():
         lambda position, velocity, effort: (position, np.empty(0), effort))], only=('bias',))
     assert found.lag is None
     assert found.after.acceleration.velocity_lag == 0.014
-    assert [line for line in found.warnings if 'velocity_missing' in line]
+    assert [line for line in warnings(found) if 'velocity_missing' in line]
 
 
 def test_one_recording_is_split_by_time():
@@ -63,7 +63,7 @@ def test_one_recording_is_split_by_time():
     assert found.by_time
     assert [j.name for j in found.judged] == [f'motion 0, part {k}' for k in range(1, 6)]
     assert sum(j.duration for j in found.judged) == pytest.approx(23.8, abs=0.1)
-    assert [line for line in found.warnings if line.startswith('one recording: judged on each of '
+    assert [line for line in warnings(found) if line.startswith('one recording: judged on each of '
             '5 parts of it') and 'lap after lap' in line]
     assert max(map(abs, errors(found, FRICTION).values())) < 3.0
 
@@ -76,8 +76,8 @@ def test_each_of_two_recordings_judges_the_other():
                       only=ONLY)
     assert not found.by_time
     assert [judged.name for judged in found.judged] == ['motion 0', 'motion 1']
-    assert 'nothing: 0.0 s of motion are too short: left out' in found.warnings
-    assert 'copy: holds the same data as motion 0: counted once' in found.warnings
+    assert 'nothing: 0.0 s of motion are too short: left out' in warnings(found)
+    assert 'copy: holds the same data as motion 0: counted once' in warnings(found)
     for judged in found.judged:
         assert judged.after[2] == pytest.approx(1.0, abs=0.02)
         assert (judged.after < LEAST)[[0, 1, 3, 4, 5, 6]].all()
@@ -179,7 +179,7 @@ def test_duration_of_a_looping_bag_is_that_of_its_laps():
     one.states = one.states + one.states
     assert observe(one, PredictorSettings()).duration == pytest.approx(2 * 11.8, abs=0.1)
     found = calibrate([one], only=('bias',))
-    assert [line for line in found.warnings if 'reset_clock_jump' in line]
+    assert [line for line in warnings(found) if 'reset_clock_jump' in line]
 
 
 def test_only_fits_the_named_terms_and_reports_the_stages():

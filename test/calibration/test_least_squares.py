@@ -85,19 +85,6 @@ def stacked(x, y, weights, active, prior):
             np.concatenate([(y * root[:, 0]).ravel(), np.zeros(len(active))]))
 
 
-@pytest.mark.parametrize('active', [[1] * 6, [1, 1, 0, 1, 0, 1], [0] * 6],
-                         ids=['all', 'some', 'none'])
-def test_solve_is_least_squares_with_priors_as_rows(random_problem, active):
-    sums, x, y, weights, prior = random_problem
-    active = np.array(active, dtype=bool)
-    known = np.where(active, 9.0, [0.0, 0.0, 0.3, 0.0, -0.2, 0.0])
-    rows, right = stacked(x, y - x @ np.where(active, 0.0, known), weights, active, prior)
-    found = solve(sums, weights, active, prior, np.full(6, -np.inf), known)
-    np.testing.assert_allclose(found[active], np.linalg.lstsq(rows, right, rcond=None)[0],
-                               atol=1e-12)
-    np.testing.assert_array_equal(found[~active], known[~active])
-
-
 def test_solve_is_optimal_within_its_bounds(random_problem):
     """The gradient is zero at free parameters and points outwards at bounds."""
     sums, x, y, weights, prior = random_problem

@@ -7,44 +7,40 @@ from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.calibration.live import (
     COMMAND, ENVIRONMENT, progress, read_result, run, write_input)
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.simulation.exciting_trajectory import motion, SERIES
 from calibration.known_robot import record
 import numpy as np
 import pytest
 
 
-def written(path, recording, values=None):
+def written(path, recording):
     """Write the joint states of a recording as the input of the process; return its path."""
     stamps, (names, *_), *arrays, received = zip(*recording.states)
     write_input(path, list(names), stamps, received, tuple(map(np.array, arrays)),
-                PredictorSettings.from_parameters(values or {}))
+                PredictorSettings())
     return path
 
 
 def test_process_calibrates_as_the_command_does(tmp_path):
     recording = record()
-    source = written(tmp_path / 'states.npz', recording)
-    subprocess.run([*COMMAND, source, tmp_path / 'result.json'], check=True, timeout=100,
-                   env={**os.environ, **ENVIRONMENT})
-    found, wanted = read_result(tmp_path / 'result.json'), calibrate([recording])
+    found, wanted = run(written(tmp_path / 'states.npz', recording)), calibrate([recording])
     assert found.better and wanted.better
     assert found.message == wanted.summary
-    assert found.notices == list(wanted.warnings)
-    np.testing.assert_allclose(found.rms_before, wanted.rms_before, rtol=1e-6)
-    np.testing.assert_allclose(found.rms_after, wanted.rms_after, rtol=1e-6)
+    assert found.notices == list(map(str, wanted.notices))
+    assert found.rms_before == wanted.rms_before.tolist()
+    assert found.rms_after == wanted.rms_after.tolist()
+    before, after = wanted.before.parameters(), wanted.after.parameters()
+    assert found.values == {name: value for name, value in after.items()
+                            if value != before[name]}
     assert set(found.values) >= {'effort_model.coulomb', 'effort_model.bias',
                                  'effort_model.deviation'}
-    values = wanted.after.parameters()
-    for name, value in found.values.items():
-        np.testing.assert_allclose(value, values[name], rtol=1e-6, atol=1e-9)
-    # A second calibration of a calibrated robot changes nothing for the better.
-    again = run(written(source, recording, found.values))
-    assert not again.better and 'not reduced' in again.message
 
 
 def test_process_gives_the_reason_of_a_refusal(tmp_path):
-    result = run(written(tmp_path / 'states.npz', record(duration=8.0)))
+    source, output = written(tmp_path / 'states.npz', record(duration=8.0)), tmp_path / 'json'
+    subprocess.run([*COMMAND, source, output], check=True, timeout=100,
+                   env={**os.environ, **ENVIRONMENT})
+    result = read_result(output)
     assert result.message.startswith('7.8 s of motion are too short')
     assert not result.better and not result.values and np.isnan(result.rms_after).all()
 
@@ -73,9 +69,3 @@ def test_advice_names_the_joint_and_the_missing_motion(advice, change):
     shown = progress(t, q)
     assert shown.advice == advice
     assert shown.seen[3] < 1.0 and (np.delete(shown.seen, 3) == 1.0).all()
-
-
-def test_progress_names_several_joints():
-    t = np.arange(0.0, 20.0, 0.01)
-    assert progress(t, np.zeros((2000, 7))).advice == (
-        f'move {", ".join(JOINTS)} through more of the range')
