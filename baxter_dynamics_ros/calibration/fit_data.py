@@ -16,7 +16,7 @@ from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
-from ..recordings.data_check import DataCheck, DataChecker
+from ..recordings.data_check import check_samples, DataCheck, Samples
 from ..recordings.notices import Notice
 from ..recordings.playback import play
 from ..recordings.recording import Recording
@@ -188,12 +188,9 @@ def refuse(motions: list[Motion]) -> None:
 
 def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck | None':
     """Return the check of the data; raise CalibrationError if they contradict the model."""
-    checker = DataChecker(settings)
-    for motion in motions:
-        checker.add(motion.time, np.stack([motion.q, motion.qd, motion.qdd, motion.effort], 1),
-                    motion.newest_q, motion.newest_qd)
-        checker.end_recording()
-    check = checker.result()
+    check = check_samples([
+        Samples(motion.time, motion.q, motion.qd, motion.qdd, motion.effort, motion.newest_q,
+                motion.newest_qd) for motion in motions], settings)
     reasons = [problem.text for problem in check.problems if problem.refuses] if check else []
     if reasons:
         raise CalibrationError('; '.join(reasons))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .evaluation_results import Evaluation, Expected, Statistics
+from .evaluation_results import Evaluation, Statistics
 from .notices import Notice
 from ..estimation.explanation import Explained
 from ..estimation.settings import EffortModelSettings, PredictorSettings
@@ -64,39 +64,27 @@ class Assessment(NamedTuple):
 def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: PredictorSettings,
            recordings: str) -> Assessment:
     """
-    Assess the residual of the Lagrange-Euler effort.
+    Assess the residual of the Lagrange-Euler effort over all recordings and in each.
 
-    Parameters
-    ----------
-    total : Statistics
-        Over all recordings.
-    evaluations : sequence of Evaluation
-        Of each recording.
-    settings : PredictorSettings
-        Settings of the evaluation.
-    recordings : str
-        Recordings with their options, as the commands take them.
-
+    The recordings are named with their options, as on the command line.
     """
-    verdict = _judge(total, evaluations, settings)
+    problems = [notice for evaluation in evaluations for notice in evaluation.notices
+                if notice.kind in _REMEDIES]
     evaluate = f'baxter_dynamics evaluate {recordings} --force'
-    if verdict.kind == 'wrong_data':
-        return Assessment(verdict, tuple(_corrections(evaluations, evaluate)))
-    if verdict.kind == 'no_effort':
-        return Assessment(verdict)
+    if problems:
+        verdict = Verdict('wrong_data', 'The data do not match the model of these settings: '
+                          f'{problems[0].text}.', problems[0].joints)
+        return Assessment(verdict, tuple(_corrections(problems, evaluate)))
+    if 'lagrange_euler' not in total.methods:
+        return Assessment(Verdict('no_effort',
+                                  'There is no valid measured effort to compare with.'))
+    verdict = _judge(total, settings)
     return Assessment(verdict, tuple(_improvements(verdict, evaluations, recordings, evaluate)))
 
 
-def _judge(total: Statistics, evaluations: Sequence[Evaluation],
-           settings: PredictorSettings) -> Verdict:
-    problems = _problems(evaluations)
-    if problems:
-        return Verdict('wrong_data', 'The data do not match the model of these settings: '
-                       f'{problems[0].text}.', problems[0].joints)
-    errors = total.methods.get('lagrange_euler')
-    if errors is None:
-        return Verdict('no_effort', 'There is no valid measured effort to compare with.')
-    expected, beyond = total.expected, _beyond(total.expected)
+def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
+    errors, expected = total.methods['lagrange_euler'], total.expected
+    beyond = np.zeros(N_JOINTS, bool) if expected is None else expected.coverage < _COVERED
     if expected is not None and beyond.any():
         shares = ', '.join(f'{100 * expected.coverage[i]:.0f} % at {JOINTS[i]}'
                            for i in np.flatnonzero(beyond))
@@ -105,7 +93,7 @@ def _judge(total: Statistics, evaluations: Sequence[Evaluation],
     larger = errors.rms > 1.2 * CALIBRATED
     if not larger.any():
         return Verdict('calibrated', 'The residual is as small as that of a calibrated Baxter.')
-    if _is_calibrated(settings):
+    if settings.effort_model.deviation != EffortModelSettings.deviation:
         return Verdict('calibrated', 'The residual is within the deviation that these parameters '
                        'expect.')
     return Verdict('uncalibrated', 'The residual is that of a Baxter before calibration: larger '
@@ -114,8 +102,8 @@ def _judge(total: Statistics, evaluations: Sequence[Evaluation],
                    _names(larger))
 
 
-def _corrections(evaluations: Sequence[Evaluation], evaluate: str) -> Iterator[Advice]:
-    kinds = {notice.kind for notice in _problems(evaluations)}
+def _corrections(problems: list[Notice], evaluate: str) -> Iterator[Advice]:
+    kinds = {notice.kind for notice in problems}
     commands = {'no_springs': f'{evaluate} --params {_config("simulation.yaml")}',
                 'springs': evaluate, 'moved_by_hand': 'baxter_dynamics calibrate --plan'}
     for kind, remedy in _REMEDIES.items():
@@ -149,16 +137,6 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
             f'{" --payload" if "payload" in found else ""} -o {output}')
 
 
-def _problems(evaluations: Sequence[Evaluation]) -> list[Notice]:
-    return [notice for evaluation in evaluations for notice in evaluation.notices
-            if notice.kind in _REMEDIES]
-
-
-def _beyond(expected: 'Expected | None') -> Bools:
-    """Return the joints whose residual exceeds the expected deviation, (7,)."""
-    return np.zeros(N_JOINTS, bool) if expected is None else expected.coverage < _COVERED
-
-
 def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:
     """Return the explanations by kind, of the kinds that hold for much of the time."""
     kinds: dict[str, list[Explained]] = {}
@@ -167,10 +145,6 @@ def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:
             kinds.setdefault(one.sentence.kind, []).append(one)
     least = _FREQUENT * sum(map(len, kinds.values()))
     return {kind: found for kind, found in kinds.items() if len(found) >= least}
-
-
-def _is_calibrated(settings: PredictorSettings) -> bool:
-    return settings.effort_model.deviation != EffortModelSettings.deviation
 
 
 def _config(name: str) -> Path:

@@ -38,17 +38,8 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
     """
     Return the contacts in a recording, in the order of joints and times.
 
-    Parameters
-    ----------
-    time : ndarray (n,)
-        Time of each sample [s].
-    residual : ndarray (n, 7)
-        Measured - predicted effort [N m]; an offset does not matter.
-    q : ndarray (n, 7)
-        Position [rad].
-    recording : str
-        Name of the recording.
-
+    Times are (n,) [s], residuals (n, 7) measured - predicted effort [N m], of which an offset does
+    not matter, and positions (n, 7) [rad].
     """
     if not len(time):
         return []

@@ -1,6 +1,6 @@
 """Data check: whether measured effort and velocity have the meaning that the model assumes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .notices import Notice
-from .velocity_lag import Lag, TRAVEL, VelocitySums
+from .velocity_lag import Lag, lag_and_scale, TRAVEL
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
@@ -16,7 +16,7 @@ from ..model.joints import JOINTS, N_JOINTS, S1
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 
-_ROWS = 4000  # minimum of samples that are kept, evenly spaced, of a long recording
+_ROWS = 8000  # maximum of samples that are compared, evenly spaced
 _SHORTEST = 5.0  # duration below which nothing is checked [s]
 _KNOWN = 0.25  # maximum standard deviation of a gain that is checked
 _ACCELERATES = 0.3  # standard deviation of an acceleration that is not just noise [rad/s^2]
@@ -24,6 +24,18 @@ _BEARS_LOAD = np.arange(N_JOINTS) < 4  # a gripper multiplies the small torques 
 _MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
 _SAME = np.arange(N_JOINTS)
+
+
+class Samples(NamedTuple):
+    """Consecutive samples of a recording; arrays (n, 7) in joint order."""
+
+    time: Array  # (n,) [s]
+    q: Array  # [rad]
+    qd: Array
+    qdd: Array
+    effort: Array  # measured [N m]
+    newest_q: Array  # of the newest message at that time [rad]
+    newest_qd: Array
 
 
 class Gain(NamedTuple):
@@ -58,55 +70,22 @@ class DataCheck:
     problems: tuple[Notice, ...] = ()  # most fundamental first
 
 
-class DataChecker:
-    """
-    Data check of one or more recordings of an arm, compared with the model of the settings.
-
-    Memory does not grow with the length of the recordings.
-    """
-
-    def __init__(self, settings: PredictorSettings) -> None:
-        self._settings = settings
-        self._parts: list[Array] = []  # (n, 4, 7): q, qd, qdd, measured effort
-        self._stride = 1
-        self._seen = 0
-        self._duration = 0.0  # [s]
-        self._recent: list[tuple[Array, Array, Array]] = []
-        self._velocity = VelocitySums()
-
-    def add(self, time: Array, state: Array, newest_q: Array, newest_qd: Array) -> None:
-        """Add q, qd, qdd and effort (n, 4, 7), and q and qd of the newest messages (n, 7)."""
-        self._parts.append(state[-self._seen % self._stride::self._stride])
-        self._seen += len(state)
-        self._recent.append((time, newest_q, newest_qd))
-        if sum(len(part) for part in self._parts) > 2 * _ROWS:
-            self._parts = [np.concatenate(self._parts)[::2]]
-            self._stride *= 2
-        if sum(len(recent[0]) for recent in self._recent) > _ROWS:
-            self.end_recording()
-
-    def end_recording(self) -> None:
-        """End a recording; later samples are not consecutive."""
-        if self._recent:
-            time, q, qd = (np.concatenate(column) for column in zip(*self._recent))
-            steps = np.diff(time)
-            self._duration += float(steps[(steps > 0.0) & (steps < 0.3)].sum())
-            self._velocity.add(time, q, qd)
-            self._recent = []
-
-    def result(self) -> 'DataCheck | None':
-        """Return the results; None if there are too few samples with effort."""
-        self.end_recording()
-        rows = np.concatenate(self._parts) if self._parts else np.empty((0, 4, N_JOINTS))
-        if len(rows) < 2 or self._duration < _SHORTEST:
-            return None
-        data = _Data.of(self._settings, *rows.swapaxes(0, 1))
-        gains = np.array([_gains(data, joint, self._duration)
-                          for joint in range(N_JOINTS)])  # (7, 4, 2)
-        inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
-        check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0],
-                          self._velocity.lag(), self._velocity.scale())
-        return replace(check, problems=tuple(_problems(data, check)))
+def check_samples(parts: Sequence[Samples], settings: PredictorSettings) -> 'DataCheck | None':
+    """Compare samples with effort with the model of settings; return None if they are too few."""
+    steps = [np.diff(part.time) for part in parts]
+    duration = float(sum(step[(step > 0.0) & (step < 0.3)].sum() for step in steps))  # [s]
+    if duration < _SHORTEST:
+        return None
+    columns = [np.concatenate(column) for column in zip(*(part[1:5] for part in parts))]
+    stride = 1
+    while len(columns[0]) > _ROWS * stride:
+        stride *= 2
+    data = _Data.of(settings, *(column[::stride] for column in columns))
+    gains = np.array([_gains(data, joint, duration) for joint in range(N_JOINTS)])  # (7, 4, 2)
+    inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
+    check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0], *lag_and_scale(
+        (part.time, part.newest_q, part.newest_qd) for part in parts))
+    return replace(check, problems=tuple(_problems(data, check)))
 
 
 class _Data(NamedTuple):
@@ -177,32 +156,31 @@ def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
         yield Notice('effort_constant', f'effort of {JOINTS[joint]} is always '
                      f'{data.measured[0, joint]:g} N m: it is not measured',
                      (JOINTS[joint],), refuses=True)
-    rules = (_velocity_scale, _exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs)
-    problem = next(filter(None, (rule(data, check) for rule in rules)), None)
-    if problem is not None:
-        yield problem
-    lag = check.lag
-    if (problem is None or problem.kind != 'velocity_scale') and lag is not None and (
-            abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty)):
+    scale, lag = check.velocity_scale, check.lag
+    if not np.isnan(scale) and not 0.8 < scale < 1.25:
+        cause = ('their signs are opposite' if scale < 0.0 else
+                 'convert velocities from degrees per second to rad/s'
+                 if 0.8 < np.degrees(scale) < 1.25 else
+                 f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
+                 'or velocities are not in rad/s')
+        yield Notice('velocity_scale', f'positions change by {scale:.3g} times the integral of '
+                     f'the velocities, instead of 1: {cause}', refuses=True)
+        return
+    for rule in (_exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs):
+        kind, where, text = rule(data, check)
+        if where.any():
+            yield Notice(kind, text, _names(where), refuses=kind != 'springs')
+            break
+    if lag is not None and abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty):
         yield Notice('velocity_lag', f'velocities lag positions by {1e3 * lag.value:.1f} ± '
                      f'{1e3 * lag.uncertainty:.1f} ms; Baxter has {1e3 * USUAL_LAG:.0f} ms, a '
                      'simulator none: check the period of the stamps and the source of velocities')
 
 
-def _velocity_scale(data: _Data, check: DataCheck) -> 'Notice | None':
-    scale = check.velocity_scale
-    if np.isnan(scale) or 0.8 < scale < 1.25:
-        return None
-    cause = ('their signs are opposite' if scale < 0.0 else
-             'convert velocities from degrees per second to rad/s'
-             if 0.8 < np.degrees(scale) < 1.25 else
-             f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
-             'or velocities are not in rad/s')
-    return Notice('velocity_scale', f'positions change by {scale:.3g} times the integral of the '
-                  f'velocities, instead of 1: {cause}', refuses=True)
+_Found = tuple[str, Bools, str]  # kind of the problem, joints that have it (7,), text
 
 
-def _exchanged(data: _Data, check: DataCheck) -> 'Notice | None':
+def _exchanged(data: _Data, check: DataCheck) -> _Found:
     """Find efforts that fit the prediction of another joint, or two exchanged joints."""
     cost = _cost(data.measured[:, :, None] - data.predicted[:, None])  # [measured, predicted]
     orders = np.array(list(permutations(_SAME)))
@@ -214,11 +192,9 @@ def _exchanged(data: _Data, check: DataCheck) -> 'Notice | None':
     if (best == _SAME).all() and not (np.abs(bearing) > 0.7).all():
         best, exchanged = _exchanged_joints(data, float(np.trace(cost))), 'joints'
     where = best != _SAME
-    if not where.any():
-        return None
     fits = ', '.join(f'{JOINTS[i]} fits {JOINTS[best[i]]}' for i in np.flatnonzero(where))
-    return Notice('joints_exchanged', f'{exchanged} of {", ".join(_names(where))} look exchanged '
-                  f'({fits}): check the order of the names', _names(where), refuses=True)
+    return ('joints_exchanged', where, f'{exchanged} of {", ".join(_names(where))} look exchanged '
+            f'({fits}): check the order of the names')
 
 
 def _exchanged_joints(data: _Data, cost: float) -> Any:
@@ -240,56 +216,52 @@ def _cost(errors: Array) -> Array:
     return np.log(errors.var(axis=0) + 1e-4)
 
 
-def _sign(data: _Data, check: DataCheck) -> 'Notice | None':
+def _sign(data: _Data, check: DataCheck) -> _Found:
     negative = (check.correlation < -0.6) & (data.predicted.std(0) > 0.3)
-    return _notice('effort_sign', negative, 'measured effort has the opposite sign of the '
-                   f'prediction at {_numbers(negative, check.correlation, "correlation ")}: '
-                   'negate it')
+    return ('effort_sign', negative, 'measured effort has the opposite sign of the prediction at '
+            f'{_numbers(negative, check.correlation, "correlation ")}: negate it')
 
 
-def _without_gravity(data: _Data, check: DataCheck) -> 'Notice | None':
+def _without_gravity(data: _Data, check: DataCheck) -> _Found:
     gravity = check.gravity.median()
     removed = gravity < 0.4 and not check.inertial.median() < 0.4
     joints = check.gravity.known & _BEARS_LOAD & removed
-    return _notice('no_gravity', joints, f'measured effort has {gravity:.2f} of the torque of '
-                   f'gravity ({_numbers(joints, check.gravity.value)}), instead of 1: effort '
-                   'without gravity compensation cannot be compared; for a simulator without '
-                   'gravity use simulation.yaml with gravity [0, 0, 0]')
+    return ('no_gravity', joints, f'measured effort has {gravity:.2f} of the torque of gravity '
+            f'({_numbers(joints, check.gravity.value)}), instead of 1: effort without gravity '
+            'compensation cannot be compared; for a simulator without gravity use '
+            'simulation.yaml with gravity [0, 0, 0]')
 
 
-def _scale(data: _Data, check: DataCheck) -> 'Notice | None':
+def _scale(data: _Data, check: DataCheck) -> _Found:
     bearing = _BEARS_LOAD & (data.predicted.std(0) > 0.5) & (np.abs(check.correlation) > 0.7)
     overall = np.median(check.gain[bearing]) if bearing.any() else 1.0
     is_usual = (check.gain > 0.45) & (check.gain < 2.2) & (0.6 < overall < 1.7)
     odd = bearing & ~is_usual
-    return _notice('effort_scale', odd, 'measured effort is the predicted effort times '
-                   f'{_numbers(odd, check.gain)}: check its unit')
+    return ('effort_scale', odd, 'measured effort is the predicted effort times '
+            f'{_numbers(odd, check.gain)}: check its unit')
 
 
-def _hand_guided(data: _Data, check: DataCheck) -> 'Notice | None':
+def _hand_guided(data: _Data, check: DataCheck) -> _Found:
     inertial = check.inertial.median()
     joints = check.inertial.known & _BEARS_LOAD & (inertial < 0.35)
     negative = joints & (check.coulomb < 0.0)
     friction = ', and friction is negative (%s)' % _numbers(
         negative, check.coulomb, unit=' N m') if negative.any() else ''
-    return _notice('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial '
-                   f'and Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1'
-                   f'{friction}: the motors did not make this motion. An arm moved by hand '
-                   'cannot be calibrated: record a motion made by the motors')
+    return ('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial and '
+            f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}: '
+            'the motors did not make this motion. An arm moved by hand cannot be calibrated: '
+            'record a motion made by the motors')
 
 
-def _springs(data: _Data, check: DataCheck) -> 'Notice | None':
+def _springs(data: _Data, check: DataCheck) -> _Found:
     value = check.spring.value[S1] if check.spring.known[S1] else np.nan
     share = f"measured effort of s1 has {value:.2f} of the springs' torque, "
-    s1, has_spring = _SAME == S1, data.settings.model.effort_model.has_spring
-    return _notice('no_springs', s1 & (has_spring and value < 0.4), share + 'instead of 1: '
-                   'simulators have no springs; use simulation.yaml') or _notice(
-        'springs', s1 & (not has_spring and value > 0.6), share + 'which these settings omit: '
-        'for a real robot enable effort_model', refuses=False)
-
-
-def _notice(kind: str, where: Bools, text: str, refuses: bool = True) -> 'Notice | None':
-    return Notice(kind, text, _names(where), refuses=refuses) if where.any() else None
+    s1 = _SAME == S1
+    if data.settings.model.effort_model.has_spring:
+        return ('no_springs', s1 & (value < 0.4), share + 'instead of 1: simulators have no '
+                'springs; use simulation.yaml')
+    return ('springs', s1 & (value > 0.6), share + 'which these settings omit: for a real robot '
+            'enable effort_model')
 
 
 def _names(where: Bools) -> tuple[str, ...]:

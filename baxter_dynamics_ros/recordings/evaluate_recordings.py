@@ -6,37 +6,32 @@ from typing import Any
 
 import numpy as np
 
-from .bands import RunningBands
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
-from .data_check import DataCheck, DataChecker
-from .evaluation_results import Evaluation, METHODS, Statistics
+from .data_check import check_samples, DataCheck, Samples
+from .evaluation_results import bands_of, Evaluation, METHODS, RunningStatistics, Statistics
 from .notices import Notice
-from .playback import Block, play
+from .playback import Block, play, stamp_statistics, StampStatistics
 from .recording import Recording
-from .running import RunningStatistics
-from .stamp_statistics import StampClock, StampStatistics
 from ..estimation.events import Event
 from ..estimation.explanation import Explained, ResidualExplainer, WINDOW
 from ..estimation.predictor import Prediction, Predictor
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
+from ..model.joints import N_JOINTS
 from ..newton_euler import NewtonEuler
 
 # The robot's stamps deviate from a grid by 0.4 % of its period, times of arrival by over 20 %.
 _IRREGULAR = 0.1
 _FEW = 100  # predictions below which statistics mean little
 _SPACING = 0.04  # of the residuals that are searched for contact [s]
+_PART = 4096  # samples over which the scale of the velocity counts as constant
 
 
 class Evaluator:
     """
     Evaluates recordings one after another, and all of them together.
 
-    Parameters
-    ----------
-    settings : PredictorSettings
-        Settings of the predictor; the arm is that of each recording.
-
+    The arm is that of each recording. An hour at 100 Hz takes 0.4 GB of memory, until its end.
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
@@ -65,31 +60,32 @@ class _Run:
         self._settings = settings
         self._newton_euler = NewtonEuler(settings.model.arm)
         self._statistics = RunningStatistics(), total
-        self._bands = RunningBands(['measured', *METHODS,
-                                    *('error_' + name for name in METHODS), 'deviation'])
-        self._clock = StampClock()
-        self._checker = DataChecker(settings)
-        self._residuals = _ThinnedResiduals()
-        self._explanations = _Explanations(settings)
+        self._explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
+        self._explained: list[Explained] = []
+        self._next = WINDOW  # time of the next explanation [s]
+        self._now = 0.0  # time of the latest estimate [s]
+        self._last_ns = 0  # its stamp
+        nothing = np.empty((0, N_JOINTS))
+        self._samples = [Samples(np.empty(0), *[nothing] * 6)]
+        # Time since the previous measurement [s]; effort predicted by both methods, and expected
+        # deviation of the residual [N m].
+        self._others = [(np.empty(0), nothing, nothing, nothing)]
 
     def add(self, block: Block) -> None:
         """Add a block of estimates."""
-        estimate = block.estimate
-        prediction = self.predictor.predict(estimate)
-        pairs, terms = self._compare(block, prediction)
+        prediction = self.predictor.predict(block.estimate)
+        efforts, terms = self._compare(block, prediction)
         for statistics in self._statistics:
-            statistics.add(self._settings.arm, pairs, terms, prediction.deviation)
-        time = self._clock.elapsed(estimate.stamp_ns, block.dt)
-        measured = pairs['lagrange_euler'][0]
-        efforts = [pairs[name][1] for name in METHODS]
-        self._bands.add(time, np.stack([
-            measured, *efforts, *(measured - effort for effort in efforts),
-            prediction.deviation], axis=1))
-        there = np.isfinite(measured[:, 0])
-        state = np.stack([estimate.q, estimate.qd, estimate.qdd, measured], axis=1)
-        self._checker.add(time[there], state[there], block.q[there], block.measured_qd[there])
-        self._residuals.add(time[there], (measured - prediction.effort)[there], estimate.q[there])
-        self._explanations.add(time, prediction)
+            statistics.add(self._settings.arm, efforts, terms, prediction.deviation)
+        stamp_ns, q, qd, qdd, measured, _ = block.estimate
+        steps = np.maximum(np.diff(stamp_ns, prepend=self._last_ns or stamp_ns[0]), 0)
+        time = self._now + np.cumsum(steps * 1e-9)
+        self._now, self._last_ns = time[-1], stamp_ns[-1]
+        self._explain(time, prediction)
+        assert measured is not None  # in a block it is NaN instead
+        self._samples.append(Samples(time, q, qd, qdd, measured, block.q, block.measured_qd))
+        self._others.append((block.dt, prediction.effort, efforts['newton_euler'][1],
+                             prediction.deviation))
 
     def _compare(self, block: Block, prediction: Prediction
                  ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
@@ -106,26 +102,39 @@ class _Run:
         live = model.effort(live, block.q, block.qd, qdd, z)
         difference = model.effort(difference, block.q, block.qd, block.first_difference, z)
         aligned = prediction.effort if self._settings.align else np.full_like(q, np.nan)
-        pairs = {'lagrange_euler': (measured, prediction.effort),
-                 'newton_euler': (measured, model.effort(tau, q, qd, qdd, z)),
-                 'first_difference': (block.effort, difference),
-                 'butterworth_live': (block.effort, live),
-                 'butterworth_aligned': (measured, aligned)}
+        efforts = {'lagrange_euler': (measured, prediction.effort),
+                   'newton_euler': (measured, model.effort(tau, q, qd, qdd, z)),
+                   'first_difference': (block.effort, difference),
+                   'butterworth_live': (block.effort, live),
+                   'butterworth_aligned': (measured, aligned)}
         terms = {'inertial': tau - unaccelerated, 'coriolis': unaccelerated - gravity,
                  'gravity': gravity.round(12),  # exactly zero at s0
                  'spring': model.spring(q), 'friction': model.friction(qd, z)}
         effort = tau + terms['spring'] + terms['friction'] + model.other(q, qdd)
         terms['other'] = model.other(q, qdd) + model.coupled(effort) - effort
-        return pairs, terms
+        return efforts, terms
+
+    def _explain(self, time: Array, prediction: Prediction) -> None:
+        """Explain the residual every ten seconds."""
+        batch: Any = prediction
+        for now, *values in zip(time, *batch):
+            one: Any = Prediction(*values)
+            if np.isfinite(one.residual[0]):
+                self._explainer.add(one)
+            if now >= self._next:
+                self._explained.append(self._explainer.explain())
+                self._next = now + WINDOW
 
     def result(self, recording: Recording) -> Evaluation:
         """Return the results."""
-        time, bands = self._bands.result()
-        stamps = self._clock.result()
-        check = self._checker.result()
-        contacts, share = self._residuals.contacts()
-        if share > MOST or check is not None and any(one.refuses for one in check.problems):
-            contacts = []  # errors of the model would be reported as contact
+        samples = Samples(*map(np.concatenate, zip(*self._samples)))
+        dt, *efforts, deviation = map(np.concatenate, zip(*self._others))
+        residuals = [samples.effort - effort for effort in efforts]
+        time, bands = bands_of(samples.time, {
+            'measured': samples.effort, **dict(zip(METHODS, efforts)), 'deviation': deviation,
+            **dict(zip((f'error_{name}' for name in METHODS), residuals))})
+        check, contacts = self._check(samples, residuals[0])
+        stamps = stamp_statistics(dt)
         return Evaluation(
             **vars(self._statistics[0].result()) | {'arm': recording.arm},
             name=recording.name, topic=recording.topic,
@@ -133,7 +142,23 @@ class _Run:
             counts={getattr(key, 'value', key): n for key, n in self.predictor.counts.items()},
             notices=tuple(self._notices(stamps, check, contacts)), time=time, bands=bands,
             check=check, contacts=tuple(contacts),
-            explained=self._explanations.result())
+            # That of the whole recording if it is shorter.
+            explained=tuple(self._explained or [self._explainer.explain()]))
+
+    def _check(self, samples: Samples, residual: Any
+               ) -> 'tuple[DataCheck | None, list[Contact]]':
+        """Return the data check, and contacts unless errors of the model would look like them."""
+        there = np.isfinite(residual[:, 0])
+        samples = Samples(*(x[there] for x in samples))
+        check = check_samples([Samples(*(x[i:i + _PART] for x in samples))
+                               for i in range(0, len(samples.time), _PART)], self._settings)
+        few = np.flatnonzero(np.diff(np.floor(samples.time / _SPACING), prepend=-1.0))
+        time = samples.time[few]
+        contacts = find_contacts(time, residual[there][few].astype(np.float32), samples.q[few])
+        if (check is not None and any(one.refuses for one in check.problems)
+                or contact_rows(time, contacts).sum() > MOST * len(time)):
+            contacts = []
+        return check, contacts
 
     def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',
                  contacts: list[Contact]) -> Iterator[Notice]:
@@ -158,51 +183,3 @@ class _Run:
         for event in Event:
             if event.remedy and counts[event]:
                 yield Notice(event.value, f'{counts[event]} x {event.value}: {event.remedy}')
-
-
-class _Explanations:
-    """Explanations of the residual, one for every ten seconds."""
-
-    def __init__(self, settings: PredictorSettings) -> None:
-        self._explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
-        self._found: list[Explained] = []
-        self._next = WINDOW  # time of the next explanation [s]
-
-    def add(self, time: Array, prediction: Prediction) -> None:
-        """Add predictions at times (n,) [s]."""
-        for i, now in enumerate(time):
-            one: Any = Prediction(*(field[i] for field in prediction))  # type: ignore[index]
-            if np.isfinite(one.residual[0]):
-                self._explainer.add(one)
-            if now >= self._next:
-                self._found.append(self._explainer.explain())
-                self._next = now + WINDOW
-
-    def result(self) -> tuple[Explained, ...]:
-        """Return the explanations; that of the whole recording if it is shorter."""
-        return tuple(self._found or [self._explainer.explain()])
-
-
-class _ThinnedResiduals:
-    """Residuals at 25 Hz in single precision: an hour of them is 6 MB."""
-
-    def __init__(self) -> None:
-        self._last = -1.0  # interval of the latest residual
-        self._parts: list[tuple[Array, Any, Any]] = []
-
-    def add(self, time: Array, residual: Array, q: Array) -> None:
-        """Add samples (n,), (n, 7), (n, 7), most of which are dropped."""
-        intervals = np.floor(time / _SPACING)
-        new = np.flatnonzero(np.diff(intervals, prepend=self._last))
-        if len(new):
-            self._last = intervals[-1]
-            self._parts.append((time[new], residual[new].astype(np.float32),
-                                q[new].astype(np.float32)))
-
-    def contacts(self) -> tuple[list[Contact], float]:
-        """Return the contacts, and the share of the time in contact."""
-        if not self._parts:
-            return [], 0.0
-        time, residual, q = (np.concatenate(column) for column in zip(*self._parts))
-        contacts = find_contacts(time, residual, q)
-        return contacts, float(contact_rows(time, contacts).mean())

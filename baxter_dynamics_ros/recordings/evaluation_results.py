@@ -1,18 +1,26 @@
-"""Results of the evaluation of one recording."""
+"""Results of the evaluation of recordings, and the sums and ranges that they are made of."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from .contact_intervals import Contact
 from .data_check import DataCheck
 from .notices import Notice
 from ..estimation.explanation import Explained
 from ..model.arrays import Array
+from ..model.effort import BAND
+from ..model.joints import N_JOINTS
 
 METHODS = ('lagrange_euler', 'newton_euler')
 # Of the acceleration: the paper's, the node's with align false, the node's.
 ESTIMATORS = ('first_difference', 'butterworth_live', 'butterworth_aligned')
 TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')  # of the effort
+
+INTERVALS = 400  # maximum number in a figure
+_FIRST_WIDTH = 0.01  # of the intervals, doubled until they are few enough [s]
 
 
 class ErrorStatistics(NamedTuple):
@@ -75,3 +83,78 @@ class Evaluation(Statistics):
     def warnings(self) -> tuple[str, ...]:
         """Return the notices as lines of text."""
         return tuple(map(str, self.notices))
+
+
+class RunningStatistics:
+    """Running sums of the errors of each method and estimator, and of the squares of each term."""
+
+    def __init__(self) -> None:
+        self._arms: set[str] = set()
+        self._count = 0  # samples, with effort or without
+        self._sums: dict[str, Any] = defaultdict(float)  # by method, estimator, term; 'expected'
+        self._origins: dict[str, Array] = {}  # first measured efforts, so that sums do not cancel
+
+    def add(self, arm: str, efforts: dict[str, tuple[Array, Array]], terms: dict[str, Array],
+            deviation: Array) -> None:
+        """
+        Add n samples of an arm.
+
+        Efforts are measured and predicted by each method and estimator; rows with NaN are left
+        out. They, the terms of the predicted effort and the expected standard deviation of the
+        residual are (n, 7) [N m].
+        """
+        self._arms.add(arm)
+        self._count += len(deviation)
+        for name, pair in efforts.items():
+            valid = np.isfinite(pair[0][:, 0]) & np.isfinite(pair[1][:, 0])
+            if valid.any():
+                measured, predicted = (x[valid] for x in pair)
+                origin = self._origins.setdefault(name, measured[0])
+                e, m, p = measured - predicted, measured - origin, predicted - origin
+                self._sums[name] += np.array([x.sum(0) for x in (
+                    np.ones_like(e), e * e, np.abs(e), e, m, p, m * m, p * p, m * p)])
+        for name, values in terms.items():
+            self._sums[name] += (values * values).sum(0)
+        residual = np.subtract(*efforts['lagrange_euler'])
+        valid = np.isfinite(residual[:, :1])
+        self._sums['expected'] += np.sum([np.where(valid, deviation ** 2, 0.0),
+                                          np.abs(residual) <= BAND * deviation], axis=1)
+
+    def result(self) -> Statistics:
+        """Return the statistics of all samples so far."""
+        methods, estimators = ({name: _errors(self._sums[name]) for name in names
+                                if name in self._origins} for names in (METHODS, ESTIMATORS))
+        shares = {name: np.sqrt(self._sums[name] / self._count) for name in TERMS if self._count}
+        expected = None
+        if methods and self._sums['expected'][0].all():
+            square, within = self._sums['expected'] / methods['lagrange_euler'].count
+            expected = Expected(np.sqrt(square), within)
+        return Statistics(', '.join(sorted(self._arms)), methods, estimators, shares, expected)
+
+
+def _errors(sums: Array) -> ErrorStatistics:
+    count = int(sums[0, 0])
+    square, mean_abs, signed_mean, m, p, mm, pp, mp = sums[1:] / count
+    variances = [np.where(x > 1e-12, x, np.nan) for x in (mm - m * m, pp - p * p)]
+    return ErrorStatistics(count, np.sqrt(square), mean_abs, signed_mean,
+                           (mp - m * p) / np.sqrt(variances[0] * variances[1]))
+
+
+def bands_of(time: Array, signals: dict[str, Array]) -> tuple[Array, dict[str, Band]]:
+    """
+    Return the middles of intervals (m,) [s], and the range of each signal in them.
+
+    Times (n,) do not decrease; signals are (n, 7), or NaN. No peak is lost.
+    """
+    width = _FIRST_WIDTH
+    while time.max(initial=0.0) >= INTERVALS * width:
+        width *= 2
+    interval = (time / width).astype(int)
+    first = np.flatnonzero(np.diff(interval, prepend=-1))
+    count = interval.max(initial=-1) + 1
+    bands = {}
+    for name, signal in signals.items():
+        bands[name] = Band(*np.full((2, count, N_JOINTS), np.nan))
+        for values, join in zip(bands[name], (np.fmin, np.fmax)):
+            values[interval[first]] = join.reduceat(signal, first)
+    return (np.arange(count, dtype=float) + 0.5) * width, bands

@@ -1,4 +1,4 @@
-"""Playback of a recording through the node's predictor, in blocks for batch computation."""
+"""Playback of a recording through the node's predictor in blocks; regularity of its stamps."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .recording import JointState
+from ..estimation.continuity import GAP
 from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
 from ..estimation.stream import State
@@ -15,6 +16,7 @@ from ..model.joints import N_JOINTS
 BLOCK = 256  # estimates in a batch, few enough for the processor's cache
 
 _NOTHING = np.full(N_JOINTS, np.nan)
+_FEW = 20  # intervals below which nothing can be concluded
 
 
 class Block(NamedTuple):
@@ -27,6 +29,16 @@ class Block(NamedTuple):
     effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
     dt: Array  # (n,) time since the previous measurement [s]
     first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
+
+
+class StampStatistics(NamedTuple):
+    """Regularity of stamps: the robot's own lie on a grid, times of arrival do not."""
+
+    duration: float  # time covered, without gaps [s]
+    rate: float  # stamps per second in that time [Hz]
+    period: float = 0.0  # of the grid [s]; zero if there are too few stamps
+    irregularity: float = 0.0  # RMS distance of an interval from the grid, share of the period
+    lost: int = 0  # points of the grid without a stamp, gaps left out
 
 
 def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Block]:
@@ -63,3 +75,23 @@ def _array(values: Iterable[Array | None]) -> Array:
     """Stack arrays (7,) to (n, 7), with NaN for None."""
     return np.concatenate(
         [_NOTHING if value is None else value for value in values]).reshape(-1, N_JOINTS)
+
+
+def stamp_statistics(dt: Array) -> StampStatistics:
+    """Return the statistics of the times between measurements (n,) [s], however many are lost."""
+    dt = dt[(dt > 0.0) & (dt <= GAP)]
+    duration = float(dt.sum())
+    rate = len(dt) / duration if duration else 0.0
+    if len(dt) < _FEW:
+        return StampStatistics(duration, rate)
+    # If most messages are lost, the median is a multiple of the period.
+    irregularity, period = min(_distance(dt, float(np.quantile(dt, share)))
+                               for share in (0.5, 0.05))
+    steps = np.maximum(np.rint(dt / period), 1.0)
+    return StampStatistics(duration, rate, period, irregularity, int((steps - 1.0).sum()))
+
+
+def _distance(dt: Array, period: float) -> tuple[float, float]:
+    """Return the RMS distance of intervals from multiples of a period, in periods; and it."""
+    steps = dt / period
+    return float(np.sqrt(np.mean((steps - np.maximum(np.rint(steps), 1.0)) ** 2))), period

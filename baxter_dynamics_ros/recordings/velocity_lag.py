@@ -7,6 +7,7 @@ noise and quantisation hardly matter. The slope of the change of position over t
 velocity is the scale: 1 if velocities are in rad/s and the stamps have the true period.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -35,68 +36,48 @@ def segments(time: Array) -> list[slice]:
     return [slice(*pair) for pair in zip([0, *breaks], [*breaks, len(time)])]
 
 
-class VelocitySums:
-    """Running sums for lag and scale over any number of recordings."""
+def lag_and_scale(parts: Iterable[tuple[Array, Array, Array]]) -> tuple['Lag | None', float]:
+    """
+    Return the lag, and travel over integrated velocity; None and NaN if no joint moved.
 
-    def __init__(self) -> None:
-        # Sums of y x and x^2 of two straight lines through the origin.
-        self._lag = np.zeros((2, N_JOINTS))  # shortfall of position over change of velocity
-        self._scale = np.zeros((2, N_JOINTS))  # travel over integrated velocity
-
-    def add(self, time: Array, q: Array, qd: Array) -> None:
-        """
-        Add consecutive samples.
-
-        Parameters
-        ----------
-        time : ndarray (n,)
-            Stamps [s]; gaps divide the samples.
-        q, qd : ndarray (n, 7)
-            Position [rad] and measured velocity [rad/s] of the same messages.
-
-        """
-        for part in segments(time):
-            self._add_segment(time[part], q[part], qd[part])
-
-    def _add_segment(self, t: Array, q: Array, qd: Array) -> None:
-        period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
-        if period <= 0.0 or len(t) * period < 3 * _INTERVAL or not np.isfinite(qd).all():
-            return
-        n = max(round(_INTERVAL / period), 1)
-        k = max(round(_SLOPE / period), 2)
-        steps = 0.5 * np.diff(t)[:, None] * (qd[1:] + qd[:-1])
-        integral = np.cumsum(np.concatenate([np.zeros((1, N_JOINTS)), steps]), axis=0)
-        velocity = (q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None]
-        moves = np.ptp(q, axis=0) > TRAVEL
-
-        def change(values: Array) -> Array:
-            """Return changes over the interval, less their mean; zero at rest."""
-            changes = values[n:] - values[:-n]
-            return (changes - changes.mean(0)) * moves
-
-        for sums, x, y in ((self._lag, velocity, (q - integral)[k:-k]),
-                           (self._scale, integral, q)):
-            x, y = change(x), change(y)
-            sums += np.sum([y * x, x * x], axis=1)
-
-    def lag(self) -> 'Lag | None':
-        """Return the lag; None if no joint moved or no velocity was measured."""
-        lags = _slopes(self._lag)
-        known = lags[np.isfinite(lags)]
-        if not len(known):
-            return None
-        value = float(np.median(known))
-        spread = float(np.std(known, ddof=1)) if len(known) > 1 else abs(value)
-        return Lag(value, spread / float(np.sqrt(len(known))), lags)
-
-    def scale(self) -> float:
-        """Return travel over integrated velocity, as median over the joints; NaN if unknown."""
-        scales = _slopes(self._scale)
-        return float(np.nanmedian(scales)) if np.isfinite(scales).any() else np.nan
+    A part is time (n,) [s], position and measured velocity (n, 7) of the same messages.
+    """
+    sums = np.zeros((2, 2, N_JOINTS))  # lag, scale; sums of y x and x^2 of their straight lines
+    for time, q, qd in parts:
+        for segment in segments(time):
+            sums += _sums(time[segment], q[segment], qd[segment])
+    lags, scales = map(_slopes, *sums.swapaxes(0, 1))
+    scale = float(np.nanmedian(scales)) if np.isfinite(scales).any() else np.nan
+    known = lags[np.isfinite(lags)]
+    if not len(known):
+        return None, scale
+    value = float(np.median(known))
+    spread = float(np.std(known, ddof=1)) if len(known) > 1 else abs(value)
+    return Lag(value, spread / float(np.sqrt(len(known))), lags), scale
 
 
-def _slopes(sums: Array) -> Array:
+def _sums(t: Array, q: Array, qd: Array) -> 'Array | float':
+    """Return the sums for lag and scale, (2, 2, 7), or zero for too short a segment."""
+    period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    if period <= 0.0 or len(t) * period < 3 * _INTERVAL or not np.isfinite(qd).all():
+        return 0.0
+    n = max(round(_INTERVAL / period), 1)
+    k = max(round(_SLOPE / period), 2)
+    steps = 0.5 * np.diff(t)[:, None] * (qd[1:] + qd[:-1])
+    integral = np.cumsum(np.concatenate([np.zeros((1, N_JOINTS)), steps]), axis=0)
+    velocity = (q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None]
+    moves = np.ptp(q, axis=0) > TRAVEL
+
+    def change(values: Array) -> Array:
+        """Return changes over the interval, less their mean; zero at rest."""
+        changes = values[n:] - values[:-n]
+        return (changes - changes.mean(0)) * moves
+
+    lines = ((velocity, (q - integral)[k:-k]), (integral, q))  # x, y
+    return np.array([np.sum([change(y) * change(x), change(x) ** 2], axis=1) for x, y in lines])
+
+
+def _slopes(product: Array, square: Array) -> Array:
     """Return the slope for each joint (7,), NaN for a joint that hardly moves."""
-    product, square = sums
     moves = square > 1e-3 * square.max()
     return np.divide(product, square, out=np.full(N_JOINTS, np.nan), where=moves)

@@ -33,11 +33,11 @@ class Recording:
 
 @pytest.fixture
 def assessed(moving_arm):
-    """Return a function that assesses 15 s of an arm whose true settings are given."""
+    """Return a function that assesses 11 s of an arm whose true settings are given."""
     def run(truth=None, values=None, change=lambda effort: effort, inputs='run --arm right'):
         settings = PredictorSettings.from_parameters(values or {})
         evaluator = Evaluator(settings)
-        evaluation = evaluator.evaluate(Recording(moving_arm(1500, truth=truth), change))
+        evaluation = evaluator.evaluate(Recording(moving_arm(1100, truth=truth), change))
         found = assess(evaluator.total(), [evaluation], settings, inputs)
         return found, evaluation, [advice.kind for advice in found.advice]
     return run

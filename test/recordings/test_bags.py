@@ -1,5 +1,6 @@
-"""Reading of joint states from bags of every kind."""
+"""Reading of joint states from bags of every kind, and from MCAP files of other writers."""
 
+from itertools import islice
 from pathlib import Path
 import sqlite3
 
@@ -9,8 +10,13 @@ import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.reader import BagRecording  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
+from mcap.reader import make_reader  # noqa: E402
+from mcap.writer import IndexType, Writer  # noqa: E402
+from rosbags.typesys import get_typestore, Stores  # noqa: E402
+import zstandard  # noqa: E402
 
-TOPIC = '/robot/joint_states'
+TOPIC, JOINT_STATE = '/robot/joint_states', 'sensor_msgs/msg/JointState'
 START = 1_700_000_000_123_456_789  # [ns]
 PERIOD = 10_000_000  # [ns]
 RIGHT, LEFT = joint_names('right'), joint_names('left')
@@ -24,6 +30,9 @@ def states(n, names=RIGHT, topic=TOPIC, start=START):
     draw = np.random.default_rng(n).normal
     return [(topic, start + i * PERIOD + 1_000_000,
              (start + i * PERIOD, names, *draw(size=(3, len(names))))) for i in range(n)]
+
+
+STATES = states(40)
 
 
 def assert_played(recording, messages):
@@ -43,31 +52,28 @@ def assert_played(recording, messages):
     ('sqlite3', None), ('sqlite3', 'FILE'), ('sqlite3', 'MESSAGE'),
     ('ros1', None), ('ros1', 'LZ4'), ('ros1', 'BZ2')])
 def test_plays_what_was_recorded(make_bag, kind, compression):
-    messages = states(50)
-    others = [('/talk', received_ns, 'hello') for _, received_ns, _ in messages]
-    path = make_bag(others + messages, kind, 'morning.run', compression)
+    others = [('/talk', received_ns, 'hello') for _, received_ns, _ in STATES]
+    path = make_bag(others + STATES, kind, 'morning.run', compression)
     with BagRecording(path) as recording:
         assert (recording.path, recording.name) == (path, 'morning.run')
         assert (recording.topic, recording.arm) == (TOPIC, 'right')
-        assert_played(recording, messages)
-        assert_played(recording, messages)  # and again
+        assert_played(recording, STATES)
+        assert_played(recording, STATES)  # and again
 
 
 @pytest.mark.parametrize('kind, ending', [('mcap', '.mcap'), ('sqlite3', '.db3')])
 def test_one_file_of_a_folder(make_bag, monkeypatch, kind, ending):
-    messages = states(5)
-    monkeypatch.chdir(make_bag(messages, kind))
+    monkeypatch.chdir(make_bag(STATES, kind))
     with BagRecording(Path(f'run{ending}')) as recording:
         assert recording.name == 'run'
-        assert_played(recording, messages)
+        assert_played(recording, STATES)
 
 
 @pytest.mark.parametrize('kind', KINDS)
 def test_messages_come_in_the_order_of_receipt(make_bag, rng, kind):
-    messages = states(40)
-    mixed = [messages[i] for i in rng.permutation(40)]
+    mixed = [STATES[i] for i in rng.permutation(40)]
     with BagRecording(make_bag(mixed, kind)) as recording:
-        assert_played(recording, messages)
+        assert_played(recording, STATES)
 
 
 @pytest.mark.parametrize('kind', KINDS)
@@ -97,8 +103,7 @@ def test_all_publishers_of_a_ros1_topic_are_read(make_bag, tmp_path):
 
 def test_bags_without_message_definitions_are_read(make_bag, tmp_path):
     """As recorded by Foxy: neither definitions nor hashes."""
-    messages = states(8)
-    path = make_bag(messages, 'sqlite3', 'new')
+    path = make_bag(STATES, 'sqlite3', 'new')
     old = tmp_path / 'old'
     old.mkdir()
     with sqlite3.connect(old / 'old_0.db3') as database:
@@ -109,33 +114,18 @@ def test_bags_without_message_definitions_are_read(make_bag, tmp_path):
             INSERT INTO topics SELECT id, name, type, serialization_format, '' FROM new.topics;
             CREATE TABLE messages AS SELECT * FROM new.messages""")
     database.close()
-    (old / 'metadata.yaml').write_text(f"""
-rosbag2_bagfile_information:
-  version: 4
-  storage_identifier: sqlite3
-  relative_file_paths: [old_0.db3]
-  duration: {{nanoseconds: 1}}
-  starting_time: {{nanoseconds_since_epoch: {START}}}
-  message_count: 8
-  topics_with_message_count:
-  - topic_metadata: {{name: {TOPIC}, type: sensor_msgs/msg/JointState, serialization_format: cdr,
-                      offered_qos_profiles: ''}}
-    message_count: 8
-  compression_format: ''
-  compression_mode: ''
-""")
+    (old / 'metadata.yaml').write_text(
+        'rosbag2_bagfile_information: {version: 4, relative_file_paths: [old_0.db3]}')
     with BagRecording(old) as recording:
-        assert_played(recording, messages)
+        assert_played(recording, STATES)
 
 
 @pytest.mark.parametrize('topics, topic, arm, wanted', [
     ({TOPIC: RIGHT, '/other': RIGHT}, None, None, (TOPIC, 'right')),
     ({TOPIC: LEFT, '/other': RIGHT}, None, 'left', (TOPIC, 'left')),
     ({TOPIC: ROBOT, '/other': RIGHT}, '/other', None, ('/other', 'right')),
-    ({TOPIC: ROBOT}, None, 'left', (TOPIC, 'left')),
+    ({TOPIC: ROBOT}, TOPIC, 'left', (TOPIC, 'left')),
     ({TOPIC: GRIPPER, '/a': LEFT}, None, None, ('/a', 'left')),
-    ({TOPIC: ROBOT}, TOPIC, 'right', (TOPIC, 'right')),
-    ({'/joint_states': LEFT}, None, None, ('/joint_states', 'left')),
     ({'/joint_states': LEFT, '/gripper': GRIPPER}, None, None, ('/joint_states', 'left')),
     ({'/a': LEFT, '/b': RIGHT}, None, 'right', ('/b', 'right')),
     ({'/a': LEFT[:1]}, None, None, ('/a', 'left'))])
@@ -147,6 +137,91 @@ def test_topic_and_arm_are_found(make_bag, topics, topic, arm, wanted):
 
 
 def test_arm_is_found_after_many_gripper_messages(make_bag):
-    grippers = states(900, GRIPPER)
+    grippers = states(1100, GRIPPER)
     with BagRecording(make_bag(grippers + states(3, LEFT, start=START + 10**12))) as recording:
         assert recording.arm == 'left'
+
+
+@pytest.fixture
+def rewrite(make_bag, tmp_path):
+    """Return a function that writes STATES again with other options of the MCAP writer."""
+    def rewrite_(profile='ros2', other=None, change=bytes, order=1, encoding='cdr',
+                 schema=(JOINT_STATE, 'ros2msg'), **options):
+        source = make_bag(STATES) / 'run.mcap'
+        path = tmp_path / 'other.mcap'
+        with source.open('rb') as stream, path.open('wb') as target:
+            writer = Writer(target, chunk_size=2000, **options)
+            writer.start(profile)
+            if other is not None:
+                channel = writer.register_channel(
+                    '/other', other, writer.register_schema('Other', f'{other}schema', b'\xff{}'))
+                writer.add_message(channel, START, b'\x00\xff', START)
+            messages = list(make_reader(stream).iter_messages())
+            id_ = writer.register_schema(schema[0], schema[1], messages[0][0].data)
+            channel = writer.register_channel(TOPIC, encoding, id_)
+            for _, _, message in messages[::order]:
+                writer.add_message(channel, message.log_time, change(message.data),
+                                   message.publish_time)
+            writer.finish()
+        return path
+    return rewrite_
+
+
+def to_ros1(raw):
+    """Return a joint state in the format of ROS 1."""
+    message = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(raw, JOINT_STATE)
+    store = get_typestore(Stores.ROS1_NOETIC)
+    header = store.types['std_msgs/msg/Header'](7, message.header.stamp, 'base')
+    return store.serialize_ros1(store.types[JOINT_STATE](
+        header, message.name, message.position, message.velocity, message.effort), JOINT_STATE)
+
+
+@pytest.mark.parametrize('options', [
+    {'profile': ''}, {'profile': 'ros1'}, {'other': 'json'}, {'other': 'protobuf'},
+    {'index_types': IndexType.CHUNK}, {'index_types': IndexType.NONE},
+    {'repeat_channels': False}, {'repeat_schemas': False}, {'use_statistics': False},
+    {'use_chunking': False}, {'use_summary_offsets': False, 'index_types': IndexType.MESSAGE},
+    {'order': -1}, {'order': -1, 'index_types': IndexType.NONE}, {'order': -1,
+                                                                  'use_chunking': False},
+    {'change': lambda raw: bytes(raw) + bytes(4)}, {'change': lambda raw: bytes(raw) + bytes(8)},
+    {'profile': 'ros1', 'encoding': 'ros1', 'change': to_ros1,
+     'schema': ('sensor_msgs/JointState', 'ros1msg')},
+], ids=lambda options: ' '.join(key if callable(value) else f'{key}={value}'
+                                for key, value in options.items()))
+def test_mcap_files_of_other_writers_are_read(rewrite, options):
+    with BagRecording(rewrite(**options)) as recording:
+        assert_played(recording, STATES)
+        assert_played(recording, STATES)
+
+
+def test_compressed_mcap_files_are_read(make_bag, tmp_path):
+    path = tmp_path / 'run.mcap.zstd'
+    path.write_bytes(zstandard.compress((make_bag(STATES) / 'run.mcap').read_bytes()))
+    with BagRecording(path) as recording:
+        assert recording.name == 'run'
+        assert_played(recording, STATES)
+    path.write_bytes(path.read_bytes()[:-50])
+    with pytest.raises(BagError, match=f'^{path}: cannot be read'):
+        BagRecording(path).__enter__()
+
+
+@pytest.mark.parametrize('options, reason', [
+    ({'encoding': 'json'},
+     rf'no joint states in .*; it has {TOPIC} \(sensor_msgs/msg/JointState, json\)'),
+    ({'schema': ('foxglove.JointStates', 'protobuf'), 'encoding': 'protobuf'},
+     rf'no joint states in .*; it has {TOPIC} \(foxglove.JointStates, protobuf\)$'),
+    ({'change': lambda raw: bytes(raw)[:-20]}, f'{TOPIC}: the message received at .* is not a '),
+])
+def test_other_encodings_are_refused_with_the_reason(rewrite, options, reason):
+    path = rewrite(**options)
+    with pytest.raises(BagError, match=f'^{path}: {reason}') as caught:
+        BagRecording(path).__enter__()
+    assert 'mcap ' not in str(caught.value)
+
+
+def test_shared_cases_are_read(shared):
+    for path in sorted((shared / 'cases' / 'bags').glob('*.mcap')):
+        with BagRecording(path, arm='right') as recording:
+            arm = list(islice((s for s in recording if 'right_s0' in s.names), 300))
+            assert 1190 <= recording.count
+        assert 9.9e6 < np.median(np.diff([state.stamp_ns for state in arm])) < 10.1e6

@@ -1,11 +1,13 @@
 """Evaluation of recordings: the node's own predictions, statistics, ranges for figures."""
 
+from typing import NamedTuple
+
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
-from baxter_dynamics_ros.recordings.bands import INTERVALS, RunningBands
-from baxter_dynamics_ros.recordings.playback import play
-from baxter_dynamics_ros.recordings.running import RunningErrors
+from baxter_dynamics_ros.recordings.evaluation_results import (bands_of, INTERVALS,
+                                                               RunningStatistics)
+from baxter_dynamics_ros.recordings.playback import play, stamp_statistics
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ class Recording:
 
     name, topic, arm = 'sines', '/robot/joint_states', 'right'
 
-    def __init__(self, n=1500, stamps=None, **changes):
+    def __init__(self, n=600, stamps=None, without=()):
         self.stamps = START + 10 ** 7 * np.arange(n) if stamps is None else stamps
         t = (self.stamps - START)[:, None] * 1e-9
         w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])
@@ -34,9 +36,9 @@ class Recording:
         qdd = -0.4 * w * w * np.sin(w * t + np.arange(7))
         model = PredictorSettings().model
         tau = model.arm.inverse_dynamics(self.q, 0.4 * w * np.cos(w * t + np.arange(7)), qdd)
-        self.effort = model.effort_model.effort(tau, self.q, self.qd, qdd) + changes.get(
-            'offset', 0.0) + np.random.default_rng(3).normal(0.0, 0.05, self.q.shape)
-        self._without = changes.get('without', ())
+        self.effort = (model.effort_model.effort(tau, self.q, self.qd, qdd)
+                       + np.random.default_rng(3).normal(0.0, 0.05, self.q.shape))
+        self._without = without
 
     def __iter__(self):
         nothing = np.empty(0)
@@ -46,23 +48,53 @@ class Recording:
                    nothing if 'effort' in self._without else self.effort[i], stamp + 1000)
 
 
-def reference(values, recording):
-    """Return predicted effort and residual as the node computes them one by one."""
-    predictor = Predictor(PredictorSettings.from_parameters(values))
-    predictions = [predictor.handle(*message[:5]).prediction for message in recording]
-    return [p for p in predictions if p is not None]
+class Case(NamedTuple):
+    """Settings, a recording, its evaluation, and the predictions of the node, one by one."""
+
+    settings: PredictorSettings
+    recording: Recording
+    found: object
+    predictions: list
+
+    def rows(self, field):
+        return np.array([getattr(prediction, field) for prediction in self.predictions])
+
+
+@pytest.fixture(scope='module')
+def case():
+    """Return a function that returns the case of some values, each made once."""
+    made = {}
+
+    def case_(values):
+        if str(values) not in made:
+            settings, recording = PredictorSettings.from_parameters(values), Recording()
+            predictor = Predictor(settings)
+            steps = [predictor.handle(*message[:5]) for message in recording]
+            made[str(values)] = Case(
+                settings, recording, Evaluator(settings).evaluate(recording),
+                [step.prediction for step in steps if step.prediction is not None])
+        return made[str(values)]
+    return case_
+
+
+def rms(values):
+    return np.sqrt((values ** 2).mean(0))
+
+
+def evaluate(recording):
+    return Evaluator(PredictorSettings()).evaluate(recording)
+
+
+def kinds(recording):
+    return {notice.kind for notice in evaluate(recording).notices}
 
 
 @pytest.mark.parametrize('values', [CALIBRATED, {'align': False}], ids=['calibrated', 'unaligned'])
-def test_statistics_are_those_of_the_nodes_predictions(values):
-    recording = Recording()
-    predictions = reference(values, recording)
-    error = np.array([p.residual for p in predictions])
-    effort = np.array([p.effort for p in predictions])
-    evaluator = Evaluator(PredictorSettings.from_parameters(values))
-    found = evaluator.evaluate(recording).methods['lagrange_euler']
+def test_statistics_are_those_of_the_nodes_predictions(case, values):
+    found, error = case(values).found.methods['lagrange_euler'], case(values).rows('residual')
+    effort = case(values).rows('effort')
     assert found.count == len(error)
-    np.testing.assert_allclose(found.rms, np.sqrt((error ** 2).mean(0)), rtol=1e-9)
+    np.testing.assert_allclose(found.rms, rms(error), rtol=1e-9)
     np.testing.assert_allclose(found.mean_abs, np.abs(error).mean(0), rtol=1e-9)
     np.testing.assert_allclose(found.signed_mean, error.mean(0), atol=1e-9)
     for i in range(7):
@@ -71,51 +103,44 @@ def test_statistics_are_those_of_the_nodes_predictions(values):
             rtol=1e-9)
 
 
-def test_blocks_hold_the_nodes_predictions():
-    predictor = Predictor(PredictorSettings.from_parameters(CALIBRATED))
-    seen = [(block, predictor.predict(block.estimate)) for block in play(Recording(), predictor)]
-    expected = reference(CALIBRATED, Recording())
+def test_blocks_hold_the_nodes_predictions(case):
+    predictor = Predictor(case(CALIBRATED).settings)
+    seen = [predictor.predict(block.estimate)
+            for block in play(case(CALIBRATED).recording, predictor)]
+    assert [len(prediction.q) for prediction in seen] == [256, 256, 600 - 21 - 2 * 256]
     for field in ('stamp_ns', 'q', 'qd', 'qdd', 'tau', 'effort', 'residual'):
         np.testing.assert_allclose(
-            np.concatenate([getattr(prediction, field) for _, prediction in seen]),
-            [getattr(p, field) for p in expected], rtol=0, atol=1e-9, err_msg=field)
+            np.concatenate([getattr(prediction, field) for prediction in seen]),
+            case(CALIBRATED).rows(field), rtol=0, atol=1e-9, err_msg=field)
 
 
-def test_estimators_differ_as_documented():
-    recording = Recording()
-    found = Evaluator(PredictorSettings()).evaluate(recording)
+def test_estimators_differ_as_documented(case):
+    _, recording, found, predictions = case({})
     np.testing.assert_array_equal(found.estimators['butterworth_aligned'].rms,
                                   found.methods['lagrange_euler'].rms)
-    live = np.array([p.residual for p in reference({'align': False}, recording)])
+    live = case({'align': False}).rows('residual')
     skipped = len(live) - found.estimators['butterworth_live'].count
-    np.testing.assert_allclose(found.estimators['butterworth_live'].rms,
-                               np.sqrt((live[skipped:] ** 2).mean(0)), rtol=1e-9)
-    settings = PredictorSettings()
-    qdd = np.diff(recording.qd, axis=0) / 0.01
-    rows = slice(len(recording.q) - found.methods['lagrange_euler'].count, None)
+    np.testing.assert_allclose(found.estimators['butterworth_live'].rms, rms(live[skipped:]),
+                               rtol=1e-9)
+    model = PredictorSettings().model
+    rows = slice(len(recording.q) - len(predictions), None)
     q, qd, effort = recording.q[rows], recording.qd[rows], recording.effort[rows]
-    qdd = qdd[-len(q):]
-    error = effort - settings.model.effort_model.effort(
-        settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
-    np.testing.assert_allclose(found.estimators['first_difference'].rms,
-                               np.sqrt((error ** 2).mean(0)), rtol=1e-6)
+    qdd = (np.diff(recording.qd, axis=0) / 0.01)[-len(q):]
+    error = effort - model.effort_model.effort(
+        model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+    np.testing.assert_allclose(found.estimators['first_difference'].rms, rms(error), rtol=1e-6)
 
 
-def test_terms_add_up():
-    settings = PredictorSettings.from_parameters(CALIBRATED)
-    found = Evaluator(PredictorSettings.from_parameters(CALIBRATED)).evaluate(Recording())
-    blocks = [block.estimate for block in play(Recording(), Predictor(settings))]
-    q, qd, qdd = (np.concatenate([getattr(e, f) for e in blocks]) for f in ('q', 'qd', 'qdd'))
-    mass, coriolis, gravity = settings.model.arm.terms(q, qd)
-    inertial = (mass @ qdd[..., None])[..., 0]
-    np.testing.assert_allclose(found.shares['inertial'], np.sqrt((inertial ** 2).mean(0)))
-    np.testing.assert_allclose(found.shares['gravity'], np.sqrt((gravity ** 2).mean(0)))
-    np.testing.assert_allclose(found.shares['coriolis'], np.sqrt(
-        ((coriolis @ qd[..., None])[..., 0] ** 2).mean(0)))
-    np.testing.assert_allclose(found.shares['spring'][1], np.sqrt(
-        (settings.model.effort_model.spring(q)[:, 1] ** 2).mean()))
-    np.testing.assert_allclose(found.shares['other'], np.sqrt(
-        ((0.1 + 0.05 * q) ** 2).mean(0)))
+def test_terms_add_up(case):
+    found, model = case(CALIBRATED).found, case(CALIBRATED).settings.model
+    q, qd, qdd = (case(CALIBRATED).rows(field) for field in ('q', 'qd', 'qdd'))
+    mass, coriolis, gravity = model.arm.terms(q, qd)
+    for term, values in {
+            'inertial': (mass @ qdd[..., None])[..., 0], 'gravity': gravity,
+            'coriolis': (coriolis @ qd[..., None])[..., 0],
+            'other': 0.1 + 0.05 * q}.items():
+        np.testing.assert_allclose(found.shares[term], rms(values), err_msg=term)
+    np.testing.assert_allclose(found.shares['spring'], rms(model.effort_model.spring(q)))
     assert (found.shares['friction'] > 0.1).all()
 
 
@@ -145,7 +170,7 @@ def test_newton_euler_of_a_batch_equals_single_states(rng, monkeypatch, has_batc
 
 
 def test_recording_without_effort_has_predictions_only():
-    found = Evaluator(PredictorSettings()).evaluate(Recording(without=('effort',)))
+    found = evaluate(Recording(without=('effort',)))
     assert found.methods == {} == found.estimators
     assert found.shares['gravity'][1] > 1.0
     assert np.isfinite(found.bands['lagrange_euler'].low).any()
@@ -154,75 +179,84 @@ def test_recording_without_effort_has_predictions_only():
 
 
 def test_without_velocity_the_first_difference_is_left_out():
-    found = Evaluator(PredictorSettings()).evaluate(Recording(without=('velocity',)))
+    found = evaluate(Recording(without=('velocity',)))
     assert 'first_difference' not in found.estimators
-    assert found.methods['lagrange_euler'].count > 1000
+    assert found.methods['lagrange_euler'].count > 500
     assert any('velocity_missing' in warning for warning in found.warnings)
 
 
-def test_stamps_that_are_times_of_arrival_are_a_warning():
-    jitter = np.random.default_rng(0).uniform(0.0, 0.009, 1500)
-    stamps = START + (1e9 * np.sort(0.01 * np.arange(1500) + jitter)).astype(int)
-    found = Evaluator(PredictorSettings()).evaluate(Recording())
-    assert not any('arrival' in w for w in found.warnings)
-    found = Evaluator(PredictorSettings()).evaluate(Recording(stamps=stamps))
-    assert any('times of arrival' in warning for warning in found.warnings)
+def test_stamps_that_are_times_of_arrival_are_a_warning(case):
+    jitter = np.random.default_rng(0).uniform(0.0, 0.009, 600)
+    stamps = START + (1e9 * np.sort(0.01 * np.arange(600) + jitter)).astype(int)
+    assert 'stamps' in kinds(Recording(stamps=stamps))
+    assert not case({}).found.notices
 
 
 def test_gaps_are_a_warning_and_stay_gaps():
-    stamps = START + 10 ** 7 * np.concatenate([np.arange(700), np.arange(2000, 2700)])
-    found = Evaluator(PredictorSettings()).evaluate(Recording(stamps=stamps))
+    found = evaluate(Recording(stamps=START + 10 ** 7 * np.r_[:300, 1600:1900]))
     assert any('1 x reset_gap' in warning for warning in found.warnings)
-    inside = (found.time > 8.0) & (found.time < 19.0)
+    inside = (found.time > 4.0) & (found.time < 15.0)
     assert inside.any() and np.isnan(found.bands['measured'].low[inside]).all()
-    assert found.duration == pytest.approx(2 * 7.0, abs=0.5)
+    assert found.duration == pytest.approx(2 * 3.0, abs=0.5)
     assert found.rate == pytest.approx(100.0, rel=1e-3)
 
 
 def test_a_restart_of_the_filter_loses_no_message():
     recording = Recording()
     recording.qd = np.zeros_like(recording.qd)  # contradicts the positions: a restart
-    kinds = {notice.kind for notice in Evaluator(PredictorSettings()).evaluate(recording).notices}
-    assert 'velocity_mismatch' in kinds and 'lost' not in kinds
-    recording = Recording(stamps=START + 10 ** 7 * np.delete(np.arange(1500), slice(700, 720)))
-    kinds = {notice.kind for notice in Evaluator(PredictorSettings()).evaluate(recording).notices}
-    assert 'lost' in kinds
+    found = kinds(recording)
+    assert 'velocity_mismatch' in found and 'lost' not in found
+    assert 'lost' in kinds(Recording(
+        stamps=START + 10 ** 7 * np.delete(np.arange(600), slice(300, 320))))
 
 
-def test_running_errors_do_not_cancel(rng):
+def test_sums_do_not_cancel(rng):
     """Small errors on large efforts, in blocks of any size."""
     measured = 1e3 + rng.normal(0.0, 1e-3, (1000, 7))
     predicted = measured - 1e-3 - rng.normal(0.0, 1e-4, (1000, 7))
-    errors = RunningErrors()
-    for start, stop in ((0, 0), (0, 1), (1, 300), (300, 1000)):
-        errors.add(measured[start:stop], predicted[start:stop])
-    found, e = errors.result(), measured - predicted
-    np.testing.assert_allclose(found.rms, np.sqrt((e ** 2).mean(0)), rtol=1e-6)
+    statistics = RunningStatistics()
+    assert statistics.result().methods == {}
+    for rows in (slice(0, 0), slice(0, 1), slice(1, 300), slice(300, 1000)):
+        statistics.add('right', {'lagrange_euler': (measured[rows], predicted[rows])}, {},
+                       np.zeros_like(measured[rows]))
+    found, e = statistics.result().methods['lagrange_euler'], measured - predicted
+    np.testing.assert_allclose(found.rms, rms(e), rtol=1e-6)
     np.testing.assert_allclose(found.signed_mean, e.mean(0), rtol=1e-6)
     np.testing.assert_allclose(
         found.correlation, [np.corrcoef(measured[:, i], predicted[:, i])[0, 1] for i in range(7)],
         rtol=1e-6)
-    assert RunningErrors().result() is None
 
 
-@pytest.mark.parametrize('n', [1, 999, 1000, 1001, 20000])
+@pytest.mark.parametrize('n', [0, 1, 1000, 1001, 5000])
 def test_bands_lose_no_peak(rng, n):
-    time, signal = 0.01 * np.arange(n) + 0.003, rng.normal(size=(n, 2, 7))
-    bands = RunningBands(['a', 'b'])
-    for start in range(0, n, 300):
-        bands.add(time[start:start + 300], signal[start:start + 300])
-    middle, found = bands.result()
+    time, signal = 0.01 * np.arange(n) + 0.003, rng.normal(size=(n, 7))
+    middle, found = bands_of(time, {'a': signal})
     assert len(middle) <= INTERVALS and found['a'].low.shape == (len(middle), 7)
     half = 0.5 * (middle[1] - middle[0]) if len(middle) > 1 else 0.005
     for i, t in enumerate(middle):
         inside = (time >= t - half - 1e-9) & (time < t + half - 1e-9)
-        if inside.any():
-            np.testing.assert_array_equal(found['b'].high[i], signal[inside, 1].max(0))
-            np.testing.assert_array_equal(found['b'].low[i], signal[inside, 1].min(0))
-        else:
-            assert np.isnan(found['b'].high[i]).all()
+        np.testing.assert_array_equal(found['a'].high[i], signal[inside].max(0))
+        np.testing.assert_array_equal(found['a'].low[i], signal[inside].min(0))
 
 
-def test_play_gives_blocks_of_bounded_size():
-    sizes = [len(block.q) for block in play(Recording(), Predictor(PredictorSettings()))]
-    assert max(sizes) <= 256 and sum(sizes) == 1500 - 21
+@pytest.mark.parametrize('lose, lost', [
+    (lambda t, rng: t, 0),
+    (lambda t, rng: np.delete(t, slice(500, 517)), 17),  # a gap of 180 ms
+    (lambda t, rng: np.delete(t, rng.choice(np.arange(1, 2199), 600, replace=False)), 600),
+    (lambda t, rng: np.delete(t, np.arange(1, 2199, 2)), 0),  # every other: half the rate
+    (lambda t, rng: np.delete(t, slice(500, 600)), 0),  # a pause
+], ids=['none', 'one gap', 'a quarter', 'every other', 'pause'])
+def test_robots_stamps_lie_on_a_grid(rng, lose, lost):
+    times = lose(0.01 * np.arange(2200), rng)
+    found = stamp_statistics(np.diff(times + 4e-5 * rng.normal(size=len(times))))
+    assert found.irregularity < 0.02
+    assert abs(found.lost - lost) <= 0.02 * lost
+    assert found.duration == pytest.approx(22.0, abs=1.1)
+
+
+def test_times_of_arrival_lie_on_no_grid(rng):
+    bursts = np.sort(0.01 * np.arange(2200) + rng.exponential(0.0138, 2200))
+    assert stamp_statistics(np.diff(bursts)).irregularity > 0.2
+    jitter = 0.01 * np.arange(2200) + rng.normal(0.0, 0.002, 2200)
+    assert stamp_statistics(np.diff(jitter)).irregularity > 0.15
+    assert stamp_statistics(np.array([0.3, 0.01])) == (0.01, 100.0, 0.0, 0.0, 0)  # too few

@@ -58,9 +58,9 @@ def test_existing_paths_are_refused(tmp_path, make, meanwhile):
 def _fill_disk(writer):
     """Run into a limit on the size of files, which fails a write like a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, hard))  # [bytes]
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500_000, hard))  # [bytes]
     try:
-        for _ in range(20_000):
+        for _ in range(6_000):
             writer.joint_state('/a', *STATE)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -1,21 +1,25 @@
-"""Broken bags, and the message expected for each."""
+"""Broken bags are refused in one line that names the cause, and nothing is written."""
 
 import os
 import re
 import shutil
 import sqlite3
 import struct
-from typing import NamedTuple
 
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
+
+pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
+from baxter_dynamics_ros.recordings.reader import BagRecording, open_recordings  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 
 TOPIC = '/robot/joint_states'
 START = 1_700_000_000_123_456_789  # [ns]
 RIGHT, LEFT = joint_names('right'), joint_names('left')
 ROBOT = ('head_nod', 'head_pan', *LEFT, *RIGHT, 'torso_t0')
 GRIPPER = ('r_gripper_l_finger_joint', 'r_gripper_r_finger_joint')
+KINDS = ['mcap', 'sqlite3', 'ros1']
 
 
 def states(n, names=RIGHT, topic=TOPIC):
@@ -25,15 +29,21 @@ def states(n, names=RIGHT, topic=TOPIC):
             for i in range(n)]
 
 
-def remove_summary(file):
-    """Make an MCAP file look like that of a recorder that writes no index."""
-    data = file.read_bytes()
-    (summary,) = struct.unpack('<Q', data[-28:-20])
-    file.write_bytes(data[:summary] + b'\x02' + struct.pack('<QQQI', 20, 0, 0, 0) + data[-8:])
+def largest(path):
+    """Return the file that holds the messages of a bag."""
+    return path if path.is_file() else max(path.iterdir(), key=lambda file: file.stat().st_size)
 
 
 def cut(path, fraction=0.6):
     os.truncate(path, int(path.stat().st_size * fraction))
+    return path
+
+
+def without_summary(path):
+    """Make an MCAP file look like that of a recorder that writes no index."""
+    data = path.read_bytes()
+    (summary,) = struct.unpack('<Q', data[-28:-20])
+    path.write_bytes(data[:summary] + b'\x02' + struct.pack('<QQQI', 20, 0, 0, 0) + data[-8:])
     return path
 
 
@@ -45,13 +55,8 @@ def unindexed_ros1(path):
     return path
 
 
-def missing_file(path):
-    (path / 'run.mcap').unlink()
-    return path
-
-
-def missing_metadata(path):
-    (path / 'metadata.yaml').unlink()
+def without(path, name):
+    (path / name).unlink()
     return path
 
 
@@ -73,8 +78,7 @@ def unmerged(path):
     return left
 
 
-def undecodable(make):
-    path = make([(TOPIC, START, 'no joint state'), *states(20)], 'sqlite3')
+def undecodable(path):
     with sqlite3.connect(path / 'run.db3') as database:
         database.execute("UPDATE messages SET data = x'0001000000' WHERE id = 12")
     database.close()
@@ -98,28 +102,26 @@ BROKEN = {
     'missing': (lambda make, tmp: tmp / 'none', 'no such file or folder'),
     'below a file': (lambda make, tmp: text(tmp / 'x.bag') / 'y', 'no such file'),
     'empty mcap': (lambda make, tmp: text(tmp / 'x.mcap', ''), 'is empty$'),
-    'empty db3': (lambda make, tmp: text(tmp / 'x.db3', ''), 'is empty$'),
-    'empty bag': (lambda make, tmp: text(tmp / 'x.bag', ''), 'is empty$'),
     'text': (lambda make, tmp: text(tmp / 'x.txt'), 'is not a bag: expected a rosbag2 folder'),
     'text mcap': (lambda make, tmp: text(tmp / 'x.mcap'), 'is not an MCAP file'),
     'text db3': (lambda make, tmp: text(tmp / 'x.db3'), 'is not an SQLite file'),
-    'text bag': (lambda make, tmp: text(tmp / 'x.bag'), 'is not a ROS 1 bag of version 2.0'),
-    'old bag': (lambda make, tmp: text(tmp / 'x.bag', '#ROSBAG V1.2\n'), 'is not a ROS 1 bag of'),
+    'old bag': (lambda make, tmp: text(tmp / 'x.bag', '#ROSBAG V1.2\n'),
+                'is not a ROS 1 bag of version 2.0'),
     'empty folder': (lambda make, tmp: inner(text(tmp / 'x'), tmp / 'y'),
                      'is not a bag: it has no metadata.yaml$'),
     'folder of bags': (lambda make, tmp: inner(make(states(3)), tmp / 'y'),
                        r'is not a bag: .*; choose one of the bags in it: run$'),
     'metadata itself': (lambda make, tmp: make(states(3)) / 'metadata.yaml',
                         'is part of a bag: name the folder .*/run$'),
-    'no metadata': (lambda make, tmp: missing_metadata(make(states(3))),
+    'no metadata': (lambda make, tmp: without(make(states(3)), 'metadata.yaml'),
                     'has no metadata.yaml .*: `ros2 bag reindex -s mcap .*/run` writes it$'),
-    'no metadata db3': (lambda make, tmp: missing_metadata(make(states(3), 'sqlite3')),
+    'no metadata db3': (lambda make, tmp: without(make(states(3), 'sqlite3'), 'metadata.yaml'),
                         'has no metadata.yaml .*: `ros2 bag reindex -s sqlite3 .*/run`'),
     'broken metadata': (lambda make, tmp: other_metadata(make(states(3)), '{'),
                         r'^.*/metadata.yaml: is not the metadata of a bag: `ros2 bag reindex .*`'),
     'other metadata': (lambda make, tmp: other_metadata(make(states(3))),
                        r'^.*/metadata.yaml: is not the metadata of a bag'),
-    'missing files': (lambda make, tmp: missing_file(make(states(3))),
+    'missing files': (lambda make, tmp: without(make(states(3)), 'run.mcap'),
                       'metadata.yaml lists files that are missing: run.mcap; restore them'),
     'cut mcap': (lambda make, tmp: cut(make(states(20)) / 'run.mcap'),
                  'is truncated .*: `mcap recover .*/run.mcap -o repaired.mcap`$'),
@@ -133,13 +135,15 @@ BROKEN = {
                       r'cannot be read \(.*not indexed.*\); .*: `rosbag reindex .*/run.bag`$'),
     'unmerged db3': (lambda make, tmp: unmerged(make(states(3), 'sqlite3')),
                      r'^.*/left/run.db3: its last messages are in run.db3-wal .*: `sqlite3 .*'),
-    'not a joint state': (lambda make, tmp: undecodable(make),
+    'not a joint state': (lambda make, tmp: undecodable(make(states(20), 'sqlite3')),
                           rf'{TOPIC}: the message received at \d+ ns is not a joint state'),
     'no messages': (lambda make, tmp: make([]), 'no joint states in .*; it has no messages$'),
     'no joint states': (lambda make, tmp: make([('/b', 1, 'x'), ('/a', 1, 'x')]),
                         r'no joint states in .*; it has /a \(std_msgs/msg/String, cdr\), /b'),
     'only grippers': (lambda make, tmp: make(states(3, GRIPPER)),
                       f'{TOPIC} has no joints of an arm, only {", ".join(GRIPPER)}$'),
+    'many joints': (lambda make, tmp: make(states(3, [f'joint_{i:02}' for i in range(30)])),
+                    f'{TOPIC} has no joints of an arm, only joint_00, .* joint_07 and 22 more$'),
     'no names': (lambda make, tmp: make(states(3, ())),
                  f'{TOPIC} has no joints of an arm, its joint states name no joints$'),
     'both arms': (lambda make, tmp: make(states(3, ROBOT)),
@@ -154,32 +158,103 @@ BROKEN = {
 }
 
 
-class BrokenBag(NamedTuple):
-    """A bag that cannot be used."""
+def read(path, topic=None):
+    (recording,) = open_recordings([path], topic)
+    with recording:
+        return list(recording)
 
-    path: object  # as it is given
-    pattern: str  # of the message
+
+def line_of(path, topic=None):
+    with pytest.raises(BagError) as caught:
+        read(path, topic)
+    line = str(caught.value)
+    assert '\n' not in line and line.startswith(str(path.parent))
+    return line
 
 
-@pytest.fixture(params=BROKEN.values(), ids=BROKEN.keys())
-def broken_bag(request, make_bag, tmp_path):
-    """Return each broken bag in turn, in tmp_path, and the pattern of the line about it."""
-    make_broken, pattern = request.param
+@pytest.mark.parametrize('name', BROKEN)
+def test_message_names_the_cause(make_bag, tmp_path, name):
+    make_broken, pattern = BROKEN[name]
     path = make_broken(make_bag, tmp_path)
     if not pattern.startswith('^'):
         pattern = f'^{re.escape(str(path))}: {pattern}'
-    return BrokenBag(path, pattern)
+    line = line_of(path)
+    assert re.search(pattern, line), line
 
 
-@pytest.fixture(name='states')
-def fixture_states():
-    """Return the function that makes joint states for make_bag."""
-    return states
+@pytest.mark.parametrize('topic', ['/none', '/talk'])
+@pytest.mark.parametrize('kind, encoding', [('mcap', 'cdr'), ('ros1', 'ros1')])
+def test_message_lists_the_topics(make_bag, kind, encoding, topic):
+    path = make_bag([('/talk', 1, 'hello'), *states(3)], kind)
+    assert line_of(path, topic) == (
+        f'{path}: no joint states in CDR or ROS 1 encoding on {topic}; it has {TOPIC} '
+        f'(sensor_msgs/msg/JointState, {encoding}), /talk (std_msgs/msg/String, {encoding})')
 
 
-@pytest.fixture
-def bag_without_summary(make_bag):
-    """Return an MCAP file without an index, and the messages in it."""
-    path = make_bag(states(20)) / 'run.mcap'
-    remove_summary(path)
-    return path, states(20)
+@pytest.mark.parametrize('kind', KINDS)
+def test_refused_bags_are_closed(make_bag, kind):
+    path = make_bag(states(3, LEFT + RIGHT), kind)
+    before = os.listdir('/proc/self/fd')
+    assert 'both arms' in line_of(path)
+    assert len(os.listdir('/proc/self/fd')) == len(before)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+@pytest.mark.parametrize('what', ['file', 'folder'])
+def test_permission_denied(make_bag, closed, kind, what):
+    path = make_bag(states(3), kind)
+    with closed(largest(path) if what == 'file' else largest(path).parent):
+        assert 'permission denied; make it readable' in line_of(path)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_damaged_files_are_refused_or_the_damage_is_harmless(make_bag, rng, kind):
+    path = make_bag(states(300), kind)
+    file, failures = largest(path), 0
+    data = file.read_bytes()
+    for _ in range(12):
+        broken = bytearray(data)
+        at, n = rng.integers(len(data)), rng.integers(1, 200)
+        broken[at:at + n] = rng.bytes(n)
+        file.write_bytes(broken[:len(data)])
+        try:
+            assert len(read(path)) == 300
+        except BagError as error:
+            failures += 1
+            assert '\n' not in str(error)
+    assert failures > 3
+    for fraction in (0.97, 0.3, 0.01):
+        file.write_bytes(data[:int(fraction * len(data))])
+        line_of(path)
+
+
+@pytest.mark.parametrize('kind', ['mcap', 'ros1'])
+def test_messages_before_the_damage_are_read(make_bag, refused, kind):
+    path = make_bag(states(5000), kind)
+    data = bytearray(largest(path).read_bytes())
+    middle = int(0.85 * len(data))
+    data[middle:middle + 4000] = bytes([255]) * 4000
+    largest(path).write_bytes(data)
+    with BagRecording(path, arm='right') as recording:
+        played = iter(recording)
+        for _ in range(1500):  # more than the arm is looked for in
+            next(played)
+        with pytest.raises(BagError, match=f'^{path}: '):
+            list(played)
+    if kind == 'mcap':  # nothing is left of a report or a bag half way
+        assert refused('evaluate', path, '--save-bag', 'new').startswith(f'{path}')
+
+
+@pytest.mark.parametrize('name', ['evaluate', 'calibrate'])
+def test_a_broken_bag_behind_a_good_one_is_refused(refused, make_bag, name):
+    good, broken = make_bag(states(30)), make_bag(states(30), name='broken')
+    assert refused(name, good, without(broken, 'metadata.yaml')).startswith(
+        f'{broken}: has no metadata.yaml')
+
+
+def test_mcap_without_summary_is_evaluated(command, make_bag, tmp_path):
+    path = without_summary(make_bag(states(20)) / 'run.mcap')
+    assert [state.stamp_ns for state in read(path)] == [state[1] for state in states(20)]
+    code, _, err = command('evaluate', path, '--output', tmp_path / 'report')
+    assert (code, err) == (0, '')
+    assert (tmp_path / 'report' / 'report.html').is_file()
