@@ -99,8 +99,7 @@ def main():
         result = measure(publishers, options.seconds)
         for who in ('bridge', 'rospy'):
             print(f'{name:14}{who:8}' + ', '.join(
-                f'{key} {value:.2f}' if isinstance(value, float) else f'{key} {value}'
-                for key, value in result[who].items()))
+                f'{key} {value:.6g}' for key, value in result[who].items()))
         ratios = [result['bridge'][key] / result['rospy'][key]
                   for key in ('median [ms]', 'p99 [ms]')]
         print(f'{name:14}bridge / rospy: median {ratios[0]:.2f}, p99 {ratios[1]:.2f}; the bridge '

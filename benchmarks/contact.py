@@ -21,7 +21,7 @@ QUIET = 180.0  # duration of a run without pushes [s]
 LENGTH, SPACING = 0.8, 2.5  # of pushes [s]
 ELBOW = {'fake': 2.0, 'recording': 4.0}  # at e1 [N m]
 FRICTION = {'effort_model.coulomb': COULOMB}  # of the fake Baxter
-_FILES = {'baxter_left_arm_tracking.npz': 12, 'baxter_point_to_point.npz': 1}
+_FILES = ('baxter_left_arm_tracking.npz', 'baxter_point_to_point.npz')
 _NOTHING = np.full(N_JOINTS, np.nan)
 
 
@@ -60,10 +60,10 @@ def during(motion: JointTrace, push: Push) -> np.ndarray:
 
 
 class Result(NamedTuple):
-    """Output of the predictor for each sample of a motion; NaN where there is none."""
+    """Output of the predictor for each sample of a motion."""
 
-    residual: np.ndarray  # (n, 7) [N m]
-    external: np.ndarray  # (n, 7) [N m]
+    residual: np.ndarray  # (n, 7), NaN where there is none [N m]
+    external: np.ndarray  # (n, 7), NaN where there is none [N m]
     contact: np.ndarray  # (n,) bool; False where contact is unknown
 
 
@@ -106,13 +106,13 @@ def at_rate(motion: JointTrace, rate: int) -> JointTrace:
 def recordings(folder: Path) -> dict:
     """Return file -> list of its recordings."""
     result = {}
-    for file, count in _FILES.items():
+    for file in _FILES:
         with np.load(folder / file) as data:
-            which = data['recording']
-            parts = [[data[field][which == i] for field in ('position', 'velocity', 'effort')]
-                     for i in range(count)]
-            result[file] = [JointTrace(str(name), 'left', float(data['period']), *part)
-                            for name, part in zip(data['recording_names'], parts)]
+            fields = [data[field] for field in ('position', 'velocity', 'effort')]
+            result[file] = [
+                JointTrace(str(name), 'left', float(data['period']),
+                           *(x[data['recording'] == i] for x in fields))
+                for i, name in enumerate(data['recording_names'])]
     return result
 
 
@@ -158,11 +158,8 @@ def latencies(motion: JointTrace, contact: np.ndarray, plan: list) -> np.ndarray
 
 def shares(motion: JointTrace, contact: np.ndarray, plan: list) -> np.ndarray:
     """Return the share of messages with contact from each detection to the end of the push."""
-    result = []
-    for push in plan:
-        now = contact[during(motion, push)]
-        result.append(now[np.argmax(now):].mean() if now.any() else 0.0)
-    return np.array(result)
+    each = [contact[during(motion, push)] for push in plan]
+    return np.array([now[np.argmax(now):].mean() if now.any() else 0.0 for now in each])
 
 
 def begun(contact: np.ndarray) -> int:

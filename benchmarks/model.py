@@ -9,11 +9,11 @@ import argparse
 from collections.abc import Callable
 from functools import partial
 import gc
+from itertools import product
 import os
 import platform
 from statistics import median
 from time import perf_counter
-from typing import NamedTuple
 
 os.environ.update(dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1'))
 
@@ -29,32 +29,28 @@ TITLES = {'tau': 'tau, one state', 'terms': 'M, C, G, one state', 'forward': 'qd
           'batch': 'tau, {:,} states'}
 
 
-class Call(NamedTuple):
-    """One call of one engine."""
-
-    kind: str  # of TITLES
-    engine: str
-    run: Callable  # function of states q, qd, qdd (or tau), each (7,) or (n, 7)
-
-
 def main():
-    """Print the table, if all calls agree."""
+    """Print the table, if all engines agree with the equations of the paper."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('--quick', action='store_true', help='check that everything runs')
     quick = parser.parse_args().quick
     n, rounds, batch_rounds, loop = (2000, 3, 3, 5) if quick else (100_000, 100, 15, 100)
     arms = {engine: BaxterArm(engine=engine) for engine in ('compiled', 'python')}
-    calls = [*(call for name, arm in arms.items() for call in ours(f'BaxterArm, {name}', arm)),
-             *pinocchio(arms['python'])]
-    for call in calls:
-        if not difference(call, arms['python']) <= TOLERANCE:
-            raise SystemExit(f'{call.engine} {call.kind} differs')
+    engines = {f'BaxterArm, {engine}': ours(arm) for engine, arm in arms.items()}
+    engines[BASE] = pinocchio(arms['python'])
+    for (engine, calls), kind in product(engines.items(), TITLES):
+        if not difference(kind, calls[kind], arms['python']) <= TOLERANCE:
+            raise SystemExit(f'{engine} {kind} differs')
     print(f'Python {platform.python_version()}, NumPy {np.__version__}. Medians of alternating '
           'runs.\nOne state: time over that of Pinocchio; batches: rate over that of '
           'rneaInParallel on one thread.\n')
     print(f'| {"":22} | {"engine":19} | us a state | ratio |\n|---|---|--:|--:|')
-    table([call for call in calls if call.kind != 'batch'], list(zip(*states(loop))), rounds, 1)
-    table([call for call in calls if call.kind == 'batch'], [states(n)], batch_rounds, n)
+    for kind in TITLES:
+        calls = {engine: of[kind] for engine, of in engines.items()}
+        if kind == 'batch':
+            table(kind, calls, [states(n)], batch_rounds, n)
+        else:
+            table(kind, calls, list(zip(*states(loop))), rounds, 1)
 
 
 def states(n: int) -> tuple:
@@ -65,15 +61,13 @@ def states(n: int) -> tuple:
             rng.uniform(-5.0, 5.0, (n, 7)))  # [rad/s^2]
 
 
-def ours(name: str, arm: BaxterArm) -> list:
-    """Return the calls of BaxterArm."""
-    return [Call('tau', name, arm.inverse_dynamics),
-            Call('terms', name, lambda q, qd, qdd: arm.terms(q, qd)),
-            Call('forward', name, arm.forward_dynamics),
-            Call('batch', name, arm.inverse_dynamics)]
+def ours(arm: BaxterArm) -> dict:
+    """Return the calls of BaxterArm, by the keys of TITLES."""
+    return {'tau': arm.inverse_dynamics, 'terms': lambda q, qd, qdd: arm.terms(q, qd),
+            'forward': arm.forward_dynamics, 'batch': arm.inverse_dynamics}
 
 
-def pinocchio(arm: BaxterArm) -> list:
+def pinocchio(arm: BaxterArm) -> dict:
     """Return the calls of Pinocchio with the same parameters."""
     model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
     data, pool, results = model.createData(), pin.ModelPool(model, 1), {}
@@ -87,48 +81,46 @@ def pinocchio(arm: BaxterArm) -> list:
         pin.rneaInParallel(1, pool, q.T, qd.T, qdd.T, tau.T)
         return tau
 
-    return [Call('tau', BASE, partial(pin.rnea, model, data)), Call('terms', BASE, terms),
-            Call('forward', BASE, partial(pin.aba, model, data)), Call('batch', BASE, batch)]
+    return {'tau': partial(pin.rnea, model, data), 'terms': terms,
+            'forward': partial(pin.aba, model, data), 'batch': batch}
 
 
-def difference(call: Call, arm: BaxterArm) -> float:
+def difference(kind: str, call: Callable, arm: BaxterArm) -> float:
     """Return the largest difference between a call and the equations of the paper [N m]."""
     q, qd, qdd = states(20)
     tau = lagrange_euler.inverse_dynamics(arm.parameters, q, qd, qdd, arm.gravity_vector)
-    if call.kind == 'batch':
-        return np.abs(call.run(q, qd, qdd) - tau).max()
+    if kind == 'batch':
+        return np.abs(call(q, qd, qdd) - tau).max()
     worst = []
     for state, torque in zip(zip(q, qd, qdd), tau):
-        if call.kind == 'tau':
-            error = call.run(*state) - torque
-        elif call.kind == 'forward':
-            error = arm.mass_matrix(state[0]) @ (call.run(*state[:2], torque) - state[2])
+        if kind == 'tau':
+            error = call(*state) - torque
+        elif kind == 'forward':
+            error = arm.mass_matrix(state[0]) @ (call(*state[:2], torque) - state[2])
         else:
-            mass, coriolis, gravity = call.run(*state)
+            mass, coriolis, gravity = call(*state)
             mass = np.triu(mass) + np.triu(mass, 1).T  # crba computes the upper triangle
             error = mass @ state[2] + coriolis @ state[1] + gravity - torque
         worst.append(np.abs(error).max())
     return np.max(worst)
 
 
-def table(calls: list, arguments: list, rounds: int, n: int) -> None:
-    """Time calls in alternating runs and print their rows."""
-    times = {call: [] for call in calls}
+def table(kind: str, calls: dict, arguments: list, rounds: int, n: int):
+    """Time the calls of all engines in alternating runs and print their rows."""
+    times = {engine: [] for engine in calls}
     gc.disable()
     for turn in range(-1, rounds):  # the first warms up
-        for call in calls:
+        for engine, call in calls.items():
             start = perf_counter()
             for state in arguments:
-                call.run(*state)
+                call(*state)
             if turn >= 0:
-                times[call].append((perf_counter() - start) / len(arguments) / n)
+                times[engine].append((perf_counter() - start) / len(arguments) / n)
     gc.enable()
-    bases = {call.kind: each for call, each in times.items() if call.engine == BASE}
-    for call, each in sorted(times.items(), key=lambda item: list(TITLES).index(item[0].kind)):
-        over = median(np.divide(each, bases[call.kind]))
-        ratio = f'{over:.2f}' if n == 1 else f'{1 / over:.1f}'
-        print(f'| {TITLES[call.kind].format(n):22} | {call.engine:19} | '
-              f'{median(each) * 1e6:10.3f} | {ratio:>5} |')
+    for engine, each in times.items():
+        over = median(np.divide(each, times[BASE]))
+        print(f'| {TITLES[kind].format(n):22} | {engine:19} | {median(each) * 1e6:10.3f} | '
+              f'{over if n == 1 else 1 / over:5.2f} |')
 
 
 if __name__ == '__main__':

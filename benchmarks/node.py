@@ -140,4 +140,4 @@ def main():
 
 
 if __name__ == '__main__':
-    sys.exit(run(Relay, 'relay') if '--relay' in sys.argv else main())
+    sys.exit(run(Relay, 'relay', sys.argv[:1]) if '--relay' in sys.argv else main())

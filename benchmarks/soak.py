@@ -49,9 +49,9 @@ class Soak(NamedTuple):
     @property
     def lost(self) -> int:
         """Messages that were lost, dropped or gave no residual."""
-        return sum(abs(n) for n in (
+        return sum(map(abs, (
             self.sent - self.received, self.dropped, self.sent - self.quiet - self.predicted,
-            self.predicted - self.residuals))
+            self.predicted - self.residuals)))
 
 
 def messages(n: int):

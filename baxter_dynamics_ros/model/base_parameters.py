@@ -39,8 +39,7 @@ def base_parameters(parameters: ArmParameters, pseudo_inertia: Array) -> Array:
     They are linear in ``pseudo_inertia`` (..., 7, 4, 4), J of eq. (12) for each link. Of
     ``parameters`` only d, a and alpha are read, which define the frames.
     """
-    to_body = [_shift(parameters.a[k], parameters.d[k]) @ _turn_x(parameters.alpha[k])
-               for k in range(N_JOINTS)]
+    to_body = list(map(_link_frame, parameters.a, parameters.d, parameters.alpha))
     links = [to_body[k] @ pseudo_inertia[..., k, :, :] @ to_body[k].T for k in range(N_JOINTS)]
     for k in range(N_JOINTS - 1, 0, -1):
         on_axis = np.where(_ON_AXIS, links[k], 0.0)
@@ -69,17 +68,9 @@ def lengths(parameters: ArmParameters) -> tuple[float, ...]:
     return tuple(float(x) for x in (a[0], a[2], d[2], a[4], d[4]))
 
 
-def _shift(a: float, d: float) -> Array:
-    result = np.eye(4)
-    result[0, 3], result[2, 3] = a, d
-    return result
-
-
-def _turn_x(alpha: float) -> Array:
-    """Return the rotation by alpha about x, exact for +-90 degrees."""
+def _link_frame(a: float, d: float, alpha: float) -> Array:
+    """Return the pose of the paper's frame {k} in body frame k, exact for +-90 degrees."""
     s, c = np.sin(alpha), np.cos(alpha)
     if abs(c) < 1e-12:
         s, c = np.sign(s), 0.0
-    result = np.eye(4)
-    result[1:3, 1:3] = [[c, -s], [s, c]]
-    return result
+    return np.array([[1, 0, 0, a], [0, c, -s, 0], [0, s, c, d], [0, 0, 0, 1]])

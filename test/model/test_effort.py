@@ -55,16 +55,6 @@ def test_spring_at_s1():
                                rtol=0.0, atol=1e-12)
 
 
-def test_spring_agrees_with_an_independent_study():
-    """Within the hysteresis, which is in neither fit."""
-    q = np.linspace(-1.7, 0.9, 59)
-    study = (-1.5003 - 6.5882 * np.sin(q) + 32.3304 * np.cos(q)
-             + 7.9174 * np.sin(2 * q) + 3.8172 * np.cos(2 * q))
-    difference = EffortModel().spring(_at_s1(q))[:, S1] - study
-    assert np.abs(difference).max() < 1.5
-    assert np.sqrt(np.mean(difference ** 2)) < 0.6
-
-
 @pytest.mark.parametrize('beyond, border', [(-2.1, LOWER), (1.04, UPPER)], ids=['below', 'above'])
 def test_spring_is_held_beyond_its_range(beyond, border):
     np.testing.assert_array_equal(EffortModel().spring(_at_s1(beyond)),
