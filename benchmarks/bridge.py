@@ -100,10 +100,10 @@ def main():
         for who in ('bridge', 'rospy'):
             print(f'{name:14}{who:8}' + ', '.join(
                 f'{key} {value:.6g}' for key, value in result[who].items()))
-        ratios = [result['bridge'][key] / result['rospy'][key]
-                  for key in ('median [ms]', 'p99 [ms]')]
-        print(f'{name:14}bridge / rospy: median {ratios[0]:.2f}, p99 {ratios[1]:.2f}; the bridge '
-              f'uses {result["CPU [%]"]:.0f} % of a core', flush=True)
+        median, p99 = (result['bridge'][key] / result['rospy'][key]
+                       for key in ('median [ms]', 'p99 [ms]'))
+        print(f'{name:14}bridge / rospy: median {median:.2f}, p99 {p99:.2f}; the bridge uses '
+              f'{result["CPU [%]"]:.0f} % of a core', flush=True)
     rclpy.try_shutdown()
 
 

@@ -137,11 +137,10 @@ def play(motion: JointTrace, values: dict = {}) -> Result:
     predictor, names, rows = Predictor(settings, external=True), joint_names(motion.side), []
     for stamp, *fields in zip(np.round(motion.times * 1e9), *motion[3:]):
         step = predictor.handle(10 ** 18 + int(stamp), names, *fields)
-        prediction, external = step.prediction, step.external
-        rows.append((
-            _NOTHING if prediction is None or prediction.residual is None else prediction.residual,
-            _NOTHING if external is None else external.effort,
-            external is not None and bool(external.contact)))
+        residual, external = step.prediction and step.prediction.residual, step.external
+        rows.append((_NOTHING if residual is None else residual,
+                     _NOTHING if external is None else external.effort,
+                     external is not None and bool(external.contact)))
     return Result(*map(np.array, zip(*rows)))
 
 
@@ -199,8 +198,7 @@ def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
         x = x[round(1.0 / motion.period):]
         if window:
             n = round(window / motion.period)
-            total = np.concatenate([np.zeros((1, N_JOINTS)), np.cumsum(x, axis=0)])
-            mean = (total[n:] - total[:-n]) / n
+            mean = np.lib.stride_tricks.sliding_window_view(x, n, axis=0).mean(axis=-1)
             x = x[n // 2:][:len(mean)] - mean
         rms.append(np.sqrt(np.mean(x ** 2)))
     return rms[0] / rms[2], rms[1] / rms[2]
@@ -238,9 +236,8 @@ def _fake():
 def _recorded(folder: Path):
     print('\nrecordings, 10 N at the hand and 4 N m at the elbow')
     for file, motions in recordings(folder).items():
-        rows = len(motions[0].q)
         halves = ((motions[::2], motions[1::2]) if len(motions) > 1 else
-                  ([motions[0].part(slice(9000))], [motions[0].part(slice(9000, rows))]))
+                  ([motions[0].part(slice(9000))], [motions[0].part(slice(9000, None))]))
         cases = {'uncalibrated': [(motion, {}) for motion in motions],
                  'calibrated on others': [
                      (motion, values) for fitted, others in (halves, halves[::-1])[:len(motions)]

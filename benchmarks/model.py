@@ -36,7 +36,10 @@ def main():
     quick = parser.parse_args().quick
     n, rounds, batch_rounds, loop = (2000, 3, 3, 5) if quick else (100_000, 100, 15, 100)
     arms = {engine: BaxterArm(engine=engine) for engine in ('compiled', 'python')}
-    engines = {f'BaxterArm, {engine}': ours(arm) for engine, arm in arms.items()}
+    engines = {f'BaxterArm, {engine}': {
+        'tau': arm.inverse_dynamics, 'terms': lambda q, qd, qdd, arm=arm: arm.terms(q, qd),
+        'forward': arm.forward_dynamics, 'batch': arm.inverse_dynamics}
+        for engine, arm in arms.items()}
     engines[BASE] = pinocchio(arms['python'])
     for (engine, calls), kind in product(engines.items(), TITLES):
         if not difference(kind, calls[kind], arms['python']) <= TOLERANCE:
@@ -61,14 +64,8 @@ def states(n: int) -> tuple:
             rng.uniform(-5.0, 5.0, (n, 7)))  # [rad/s^2]
 
 
-def ours(arm: BaxterArm) -> dict:
-    """Return the calls of BaxterArm, by the keys of TITLES."""
-    return {'tau': arm.inverse_dynamics, 'terms': lambda q, qd, qdd: arm.terms(q, qd),
-            'forward': arm.forward_dynamics, 'batch': arm.inverse_dynamics}
-
-
 def pinocchio(arm: BaxterArm) -> dict:
-    """Return the calls of Pinocchio with the same parameters."""
+    """Return the calls of Pinocchio with the same parameters, by the keys of TITLES."""
     model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
     data, pool, results = model.createData(), pin.ModelPool(model, 1), {}
 

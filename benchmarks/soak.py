@@ -1,13 +1,11 @@
 """
-Soak test with a million messages: no losses, constant memory and processor time.
+Soak test of the node: no losses, constant memory and processor time.
 
-The node receives messages at 1000 Hz or as fast as it responds, over reliable connections; the
-stream handler processes the rest. Run: python benchmarks/soak.py [--messages 1000000]
-[--node-seconds 60]
+The node receives messages at 1000 Hz or as fast as it responds, over reliable connections.
+Run: python benchmarks/soak.py [--messages 1000000]
 """
 
 import argparse
-import os
 import time
 from typing import NamedTuple
 
@@ -63,37 +61,6 @@ def messages(n: int):
         yield START + k * 10 ** 9 // RATE, *rows[k % CYCLE]
 
 
-class Meter:
-    """Memory and processor time of a process over the parts of a run of n messages."""
-
-    def __init__(self, n: int, pid: int):
-        self._part, self._pid, self._samples = n // PARTS, pid, []
-
-    def before(self, k: int):
-        """Measure, if message k begins a part."""
-        if k % self._part == 0:
-            self._samples.append((processor_time(self._pid), resident(self._pid)))
-
-    def costs(self) -> dict:
-        """Return the costs in the fields of a Soak."""
-        self.before(0)
-        used, memory = np.transpose(self._samples)
-        return {'growth': memory[-1] - memory[WARM],
-                'processor': np.diff(used)[:PARTS] / self._part * 1e3}
-
-
-def through_handler(n: int) -> Soak:
-    """Send n messages to a stream handler."""
-    predictor, meter, residuals = Predictor(PredictorSettings(), True), Meter(n, os.getpid()), 0
-    for k, (stamp, *fields) in enumerate(messages(n)):
-        meter.before(k)
-        prediction = predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction
-        residuals += prediction is not None and prediction.residual is not None
-    counts = predictor.counts
-    return Soak(n, counts['received'], sum(counts[event] for event in DROPPED),
-                counts['predicted'], residuals, quiet_messages(), **meter.costs())
-
-
 def through_node(n: int) -> Soak:
     """Send n messages to a node, and count the residuals and the diagnostics that come back."""
     rclpy.init(args=[])
@@ -112,22 +79,25 @@ def through_node(n: int) -> Soak:
         with NodeProcess('torque_predictor', ['--ros-args', *RELIABLE]) as process:
             until(lambda: publisher.get_subscription_count() and node.count_publishers(topic),
                   'no node')
-            quiet, meter, begin = quiet_messages(), Meter(n, process.pid), time.perf_counter()
+            quiet, costs, begin = quiet_messages(), [], time.perf_counter()
             for k, (stamp, *fields) in enumerate(messages(n)):
-                meter.before(k)
+                if k % (n // PARTS) == 0:
+                    costs.append((processor_time(process.pid), resident(process.pid)))
                 spin(node, begin + k / RATE - time.perf_counter())
                 until(lambda: k - quiet - len(residuals) < AHEAD, f'no answer to {k}')
                 publisher.publish(joint_state(JOINT_STATE_NAMES, stamp, *fields))
             reports.clear()  # the last residuals arrive before the second report, or are lost
             until(lambda: len(reports) >= 2, 'no two diagnostics')
-            costs = meter.costs()
+            costs.append((processor_time(process.pid), resident(process.pid)))
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
     counts = {key: int(reports[-1][key]) for key in (
         'received', 'predicted', *(event.value for event in DROPPED))}
+    used, memory = np.transpose(costs)
     return Soak(n, counts.pop('received'), predicted=counts.pop('predicted'),
-                dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet, **costs)
+                dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet,
+                growth=memory[-1] - memory[WARM], processor=np.diff(used) / (n // PARTS) * 1e3)
 
 
 def quiet_messages() -> int:
@@ -138,20 +108,15 @@ def quiet_messages() -> int:
 
 
 def main():
-    """Print one table."""
+    """Print the counts and costs."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('--messages', type=int, default=1_000_000)
-    parser.add_argument('--node-seconds', type=float, default=60.0)
     options = parser.parse_args()
     isolate(94)
-    to_node = min(round(options.node_seconds * RATE), options.messages)
-    runs = {'node': through_node(to_node)}
-    if to_node < options.messages:
-        runs['handler'] = through_handler(options.messages - to_node)
-    for name, run in runs.items():
-        print(f'{name}: {run.sent} messages, {run.lost} lost, {run.residuals} residuals, memory '
-              f'{run.growth:+.1f} MB; processor time per message of each tenth [ms]: '
-              f'{run.processor.round(3)}')
+    run = through_node(options.messages)
+    print(f'{run.sent} messages, {run.lost} lost, {run.residuals} residuals, memory '
+          f'{run.growth:+.1f} MB; processor time per message of each tenth [ms]: '
+          f'{run.processor.round(3)}')
 
 
 if __name__ == '__main__':
