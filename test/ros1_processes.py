@@ -1,5 +1,6 @@
 """A real ROS 1 master and real rospy publishers as processes: Debian's packages."""
 
+from functools import cache
 import os
 from pathlib import Path
 import signal
@@ -17,6 +18,7 @@ _MASTER = ('import sys; from rosmaster.main import rosmaster_main; '
            'rosmaster_main(["rosmaster", "--core", "-p", sys.argv[1], "-w", "3"])')
 
 
+@cache
 def available() -> bool:
     """Return whether the system's Python has rosmaster, rospy and sensor_msgs."""
     if not os.path.exists(PYTHON):

@@ -17,7 +17,7 @@ ARMS = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_
         'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0')
 GRIPPERS = 'l_gripper_l_finger_joint l_gripper_r_finger_joint'
 BEGIN = 1_500_000_000_123_456_789  # [ns]
-BACK = 3.0  # [s] from the return of a publisher to the first prediction
+BACK = 3.0  # [s] from the return of a publisher to the first message
 
 
 @pytest.fixture
@@ -59,15 +59,15 @@ def test_two_publishers_are_bridged_and_the_master_is_unchanged(
         robot, bridge, ros1, stamps):
     before = ros1.everything()
     process = bridge('clock:=robot')
-    ros1.publish('--name', 'arms', '--joints', ARMS, '--count', 200, '--begin', BEGIN)
+    ros1.publish('--name', 'arms', '--joints', ARMS, '--count', 100, '--begin', BEGIN)
     # A host that does not resolve, as the robot's: the master's address serves.
-    ros1.publish('--name', 'grippers', '--joints', GRIPPERS, '--count', 76, '--begin', BEGIN,
+    ros1.publish('--name', 'grippers', '--joints', GRIPPERS, '--count', 38, '--begin', BEGIN,
                  '--rate', 38, address='011303P0017.local')
     during = ros1.everything()
-    robot.until(lambda: len(robot.bridged) >= 276)
-    robot.spin(0.5)
-    assert len(robot.bridged) == 276
-    for name, rate, count in (('right_s0', 100, 200), ('l_gripper_l_finger_joint', 38, 76)):
+    robot.until(lambda: len(robot.bridged) >= 138)
+    robot.spin(0.3)
+    assert len(robot.bridged) == 138
+    for name, rate, count in (('right_s0', 100, 100), ('l_gripper_l_finger_joint', 38, 38)):
         messages = of(robot.bridged, name)
         assert stamps(messages) == [BEGIN + round(k * 1e9 / rate) for k in range(count)]
         for k, message in enumerate(messages):
@@ -80,7 +80,7 @@ def test_two_publishers_are_bridged_and_the_master_is_unchanged(
 
     _, _, values = status(robot, TOPIC)
     assert [values[f'/{name} {key}'] for name in ('arms', 'grippers')
-            for key in ('received', 'lost', 'repeated')] == ['200', '0', '0', '76', '0', '0']
+            for key in ('received', 'lost', 'repeated')] == ['100', '0', '0', '38', '0', '0']
     level, message, values = status(robot, 'master')
     assert (level, values['reachable from the master']) == (b'\x00', 'True'), message
     offered, = [info.qos_profile for info in robot.get_publishers_info_by_topic(TOPIC)
@@ -100,72 +100,52 @@ def test_two_publishers_are_bridged_and_the_master_is_unchanged(
     assert 'joint_state_bridge' not in str((publishers, services, types))
 
 
-@pytest.mark.timeout(180)
-def test_predictions_return_after_each_fault(
-        robot, bridge, start_predictor, ros1, stamps):
+def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros1, stamps):
     process = bridge()
-    start_predictor()
-    publisher = ros1.publish('--joints', ARMS, '--still')
 
-    def returns(what):
+    def returns(after):
         since = time.time_ns()
-        robot.until(lambda: robot.predicted and stamps(robot.predicted[-1:])[0] > since, BACK,
+        robot.until(lambda: robot.bridged and stamps(robot.bridged[-1:])[0] > since, BACK,
                     fail=False)
-        assert robot.predicted and stamps(robot.predicted[-1:])[0] > since, process.output
-        print(f'{what}: predictions after {(time.time_ns() - since) * 1e-9:.2f} s')
+        late = (time.time_ns() - stamps(robot.bridged[-1:])[0]) * 1e-9
+        print(f'{after}: messages after {(time.time_ns() - since) * 1e-9:.2f} s')
+        assert -0.1 < late < 0.5, process.output
 
+    def publish(**options):
+        return ros1.publish('--joints', ARMS, '--behind', 2.6, **options)
+
+    publisher = publish()
     returns('first publisher')
     ros1.kill(publisher)
-    robot.spin(0.5)
-    publisher = ros1.publish('--joints', ARMS, '--still')
+    publisher = publish()
     returns('publisher killed and restarted')
 
     publisher.send_signal(signal.SIGSTOP)
-    robot.spin(2.5)
-    level, message, _ = status(robot, TOPIC)
-    assert level == b'\x02' and f'nothing has arrived on {TOPIC} for 2 s' in message
+    robot.until(lambda: f'nothing has arrived on {TOPIC} for 2 s' in status(robot, TOPIC)[1])
+    assert status(robot, TOPIC)[0] == b'\x02'
     publisher.send_signal(signal.SIGCONT)
     returns('publisher stopped for some seconds')
 
     ros1.kill(ros1.master)
-    newest = len(robot.predicted)
-    robot.spin(1.5)
-    assert len(robot.predicted) > newest  # publishers need no master
-    assert 'is closed: is ROS running there?' in status(robot, 'master')[1]
+    newest = len(robot.bridged)
+    robot.until(lambda: 'is closed: is ROS running there?' in status(robot, 'master')[1])
+    assert len(robot.bridged) > newest + 10  # publishers need no master
     ros1.start_master()
     robot.until(lambda: TOPIC in ros1.state()[1])
     ros1.kill(publisher)
-    publisher = ros1.publish('--joints', ARMS, '--still', address='127.0.0.2')
+    publish(address='127.0.0.2')
     returns('master restarted, publisher at another address')
-
-    ros1.kill(ros1.master)
-    ros1.kill(publisher)
-    robot.spin(1.0)
-    ros1.start_master()
-    ros1.publish('--name', 'other', '--joints', ARMS, '--still')
-    returns('both restarted')
-    assert status(robot, TOPIC)[2]['/other repeated'] == '0'
+    values = status(robot, TOPIC)[2]
+    assert values['/robot repeated'] == '0' and 2.59 < float(
+        values['/robot clock offset [s]']) < 2.7
     assert process.end() == 0
     assert ros1.state()[1] == {}
-
-
-def test_local_stamps_are_shifted_robot_stamps(robot, bridge, ros1, stamps):
-    bridge()
-    ros1.publish('--joints', 'a', '--behind', 2.6, '--count', 200)
-    ros1.publish('--name', 'even', '--joints', 'b', '--begin', BEGIN, '--count', 200)
-    robot.until(lambda: len(robot.bridged) >= 400)
-    late = (time.time_ns() - stamps(of(robot.bridged, 'a'))[-1]) * 1e-9
-    assert -0.1 < late < 1.5
-    steps = np.diff(stamps(of(robot.bridged, 'b')))
-    assert np.abs(steps * 1e-9 - 0.01).max() <= 2.1e-5  # 0.2 %
-    offset = float(status(robot, TOPIC)[2]['/robot clock offset [s]'])
-    assert 2.59 < offset < 2.7
 
 
 def test_recording_gives_the_offline_residual(
         robot, bridge, start_predictor, ros1, recordings, tmp_path, stamps):
     with np.load(recordings / 'baxter_kitting.npz') as file:
-        chosen = np.flatnonzero(file['recording'] == 0)
+        chosen = np.flatnonzero(file['recording'] == 0)[:600]
         names = [str(name) for name in file['names']]
         rows = [(BEGIN + round((stamp - file['stamp'][chosen[0]]) * 1e9), names, *fields)
                 for stamp, *fields in zip(*(file[key][chosen].tolist() for key in (
@@ -180,7 +160,7 @@ def test_recording_gives_the_offline_residual(
     bridge('clock:=robot')
     start_predictor()
     robot.spin(0.5)
-    ros1.publish('--play', played, '--rate', 250)
+    ros1.publish('--play', played, '--rate', 400)
     robot.until(lambda: len(robot.bridged) == len(rows))
     robot.until(lambda: len(robot.residual) == len(offline))
     assert stamps(robot.bridged) == [row[0] for row in rows]

@@ -21,7 +21,6 @@ parser.add_argument('--joints', default='')
 parser.add_argument('--begin', type=int, default=0, help='stamp of the first message [ns]; 0: now')
 parser.add_argument('--behind', type=float, default=0.0, help="the robot's clock, behind ours [s]")
 parser.add_argument('--subscribers', type=int, default=1)
-parser.add_argument('--still', action='store_true', help='a plausible robot at rest')
 parser.add_argument('--play')
 options = parser.parse_args(rospy.myargv()[1:])
 
@@ -44,9 +43,6 @@ def message(k):
                  else time.time_ns() - round(options.behind * 1e9))
         values = [k + 0.001 * i for i in range(len(names))]
         fields = names, values, [-x for x in values], [2 * x for x in values]
-        if options.still:
-            n = len(names)
-            fields = names, [0.1] * n, [0.0] * n, [1.0 + 0.004 * (k % 3)] * n
     state = JointState(None, *fields)
     state.header.stamp = rospy.Time(*divmod(stamp, 10 ** 9))
     return state
