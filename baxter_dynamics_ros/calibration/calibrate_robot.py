@@ -33,11 +33,8 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     """
     Fit the effort model, and optionally links and payload, to recordings of one arm.
 
-    The recordings are read twice if their velocity lag is not that of the initial settings. By
-    default every term is fitted that improves the cross-validated residual, otherwise only the
-    named ones. Progress is called with a description of each stage. CalibrationError is raised if
-    the recordings cannot be used, ArgumentError if the settings have no effort model to fit, or a
-    term does not exist.
+    By default every term is fitted that improves the cross-validated residual. Raise
+    CalibrationError if the recordings, ArgumentError if the other arguments cannot be used.
     """
     settings = _starting_point(settings or PredictorSettings(), recordings)
     settings, motions, lag, notices = _measured(recordings, settings, progress)

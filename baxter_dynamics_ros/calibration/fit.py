@@ -150,7 +150,7 @@ def _solve(problem: Problem, sums: Array, weights: Array, active: Bools) -> Arra
     for _ in range(_TIES if tools else 1):
         b = solve(sums, weights, free, prior, problem.lower, b)
         for term, where in tools:
-            b[where][list(term.fixed)] = term.second_moments(b[where])
+            b[where][term.tied] = term.second_moments(b[where])
     for term, where in problem.terms:
         while isinstance(term, Links) and (
                 least := term.least_eigenvalues(b[where])).min() < _LINK_MARGIN:

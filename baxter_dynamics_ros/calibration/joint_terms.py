@@ -68,13 +68,13 @@ class Term(ABC):
     separate = False  # whether each parameter is selected by itself, and must help in most folds
     least = 0.0  # minimum absolute value of a parameter that is selected by itself
     worth = WORTH
-    fixed: tuple[int, ...] = ()  # parameters that follow from the others
 
     def __init__(self, prior: Array, acts: Bools | bool = True,
                  lower: Array | float = -np.inf) -> None:
         self.prior = prior  # (p,) standard deviations
         self.acts = np.zeros((N_JOINTS, len(prior)), dtype=bool) | acts  # on which joints
         self.lower = np.zeros(len(prior)) + lower  # (p,) bounds
+        self.tied = np.zeros(len(prior), dtype=bool)  # whether a parameter follows from the others
 
     @abstractmethod
     def columns(self, sample: Sample, joint: int) -> Array:

@@ -12,20 +12,18 @@ from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools, Indices
 from ..model.joints import N_JOINTS
 
-# Lower bound of the correlation time [s]: model errors recur with the motion.
-SHORTEST = 1.0
+SHORTEST = 1.0  # minimum correlation time, because model errors recur with the motion [s]
 
 _ROWS = 1024  # rows per block; the regressor of the links has 784 numbers per row
 
 
 class Problem:
     """
-    Least-squares problem of p deviations from some settings, and the sums over its motions.
+    Least-squares problem of p deviations from some settings, with sums over each motion, a fold.
 
-    The sums of a fold, one per motion, are [X_j y_j]^T W_j [X_j y_j] for each joint j, (7, p + 1,
-    p + 1). X_j is the regressor, y_j the residual before the fit, both without the crosstalk of
-    the model, and W_j the weights of the samples. Tilt, links and crosstalk are linearised about
-    the settings with the deviations ``about``, (p,).
+    The sums are [X_j y_j]^T W_j [X_j y_j] for each joint j, (7, p + 1, p + 1). X_j is the
+    regressor, y_j the residual before the fit, both without the crosstalk of the model, and W_j
+    the weights of the samples. The problem is linearised about some deviations (p,).
     """
 
     def __init__(self, before: PredictorSettings, terms: list[Term], motions: list[Motion],
@@ -37,10 +35,8 @@ class Problem:
             (term, slice(end - len(term.prior), end)) for end, term in zip(ends, terms)]
         self.prior = np.concatenate([term.prior for term in terms])  # (p,) standard deviations
         self.lower = np.concatenate([term.lower for term in terms])  # (p,) lower bounds
-        self.acts = np.concatenate([term.acts for term in terms], axis=1)  # (7, p)
-        # (p,) whether a parameter follows from others
-        self.tied = np.concatenate([np.isin(range(len(term.prior)), term.fixed)
-                                    for term in terms])
+        self.tied = np.concatenate([term.tied for term in terms])  # (p,) bool
+        self.acts = np.concatenate([term.acts for term in terms], axis=1)  # (7, p) bool
         self.none = np.zeros(ends[-1], dtype=bool)  # mask of no parameter
         self._about = np.zeros(ends[-1]) if about is None else about
         self._model = self.updated(self._about).model

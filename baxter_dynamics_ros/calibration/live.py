@@ -1,9 +1,8 @@
 """
 Calibration beside a running node: progress of the motion, and the fit in a process of its own.
 
-The arguments of ``python -m baxter_dynamics_ros.calibration.live`` are a file of
-:func:`write_input` and a JSON file for the fields of :class:`Result`. Only the process needs
-SciPy.
+``python -m baxter_dynamics_ros.calibration.live`` reads a file of :func:`write_input` and writes
+the fields of :class:`Result` as JSON. Only the process needs SciPy.
 """
 
 from collections.abc import Iterator

@@ -116,10 +116,8 @@ class Links(_BodyTerm):
 
     def jacobian(self, settings: PredictorSettings) -> Array:
         blocks = self._units[:, :, [3, 0, 1, 2], 3].swapaxes(1, 2)
-        links, rows, columns = blocks.shape
-        result = np.zeros((links, rows, links, columns))
-        result[range(links), :, range(links)] = blocks
-        return result.reshape(links * rows, links * columns)
+        diagonal = np.einsum('lik,lm->limk', blocks, np.eye(N_JOINTS))
+        return diagonal.reshape(len(self.quantities), len(self.prior))
 
 
 class Tool(_BodyTerm):
@@ -129,10 +127,10 @@ class Tool(_BodyTerm):
     quantities = [(None, 'mass', 'kg'), *((None, f'center {axis}', 'm') for axis in 'xyz')]
     moments = [_PAIRS.index((i, 3)) for i in range(3)]
     mass = _PAIRS.index((3, 3))
-    fixed = tuple(n for n, (_, k) in enumerate(_PAIRS) if k < 3)  # second moments m c c^T
 
     def __init__(self, arm: BaxterArm) -> None:
         super().__init__(np.ones(len(_PAIRS)))
+        self.tied = np.array([k < 3 for _, k in _PAIRS])  # second moments m c c^T
         self.prior[self.moments] = _PAYLOAD_MOMENT
         self.prior[self.mass] = _PAYLOAD_MASS
         self.lower[self.mass] = -arm.payload.mass
@@ -147,11 +145,11 @@ class Tool(_BodyTerm):
         return mass, np.clip(moment / mass, -REACH, REACH) if mass > _LIGHT else np.zeros(3)
 
     def second_moments(self, deviation: Array) -> Array:
-        """Return the fixed parameters that follow from the others, (6,) [kg m^2]."""
+        """Return the tied parameters (6,) [kg m^2]."""
         mass, center = self.total(deviation)
         before = np.array(self._before.center_of_mass)
         change = mass * np.outer(center, center) - self._before.mass * np.outer(before, before)
-        return np.array([change[_PAIRS[n]] for n in self.fixed])
+        return change[np.triu_indices(3)]
 
     def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
         mass, center = self.total(deviation)

@@ -70,7 +70,7 @@ def test_columns_of_a_payload_are_its_addition_to_the_prediction(mass, moment, s
     deviation = np.zeros(10)
     deviation[tool.mass] = mass - settings.model.arm.payload.mass
     deviation[tool.moments] = moment or -0.8 * np.array(settings.payload.center_of_mass)
-    deviation[list(tool.fixed)] = tool.second_moments(deviation)
+    deviation[tool.tied] = tool.second_moments(deviation)
     found = updated(tool, settings, deviation)
     assert found.model.arm.payload.mass == pytest.approx(mass)
     if mass > 0.1:
@@ -83,7 +83,7 @@ def test_columns_of_a_payload_are_its_addition_to_the_prediction(mass, moment, s
 @pytest.mark.parametrize('name', ['bias', 'spring', 'tilt', 'crosstalk', 'inertial', 'payload'])
 def test_reported_quantities_have_the_stated_jacobian(name, settings, rng):
     (term,) = [term for term in all_terms(settings, True) if term.name == name]
-    free = np.setdiff1d(np.arange(len(term.prior)), getattr(term, 'fixed', ()))
+    free = np.flatnonzero(~term.tied)
     start = np.zeros(len(term.prior))
     start[free] = rng.uniform(0.05, 0.1, len(free))
     if name == 'payload':
