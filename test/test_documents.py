@@ -1,43 +1,42 @@
 """The documentation agrees with the code: commands, Python blocks, links, parameters, names."""
 
 import ast
+from contextlib import nullcontext
 import importlib
 import inspect
 import json
 from pathlib import Path
 import re
+import shlex
 import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
 from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros.estimation.events import Event
-from baxter_dynamics_ros.estimation.settings import SETTINGS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 import pytest
 
 for module in ('rclpy', 'mujoco', 'rosbags', 'rich', 'casadi', 'scipy', 'yaml'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[test]"')
 
-from baxter_dynamics_ros.cli.main import VERBS  # noqa: E402, I100
+from baxter_dynamics_ros.cli.main import parse, VERBS  # noqa: E402, I100
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.recordings.parameter_file import read_parameters  # noqa: E402
-from document_commands import check, Failure  # noqa: E402
+import yaml  # noqa: E402
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+SETUP = (REPOSITORY / 'setup.py').read_text(encoding='utf-8')
 PAGES = {str(path.relative_to(REPOSITORY)): path.read_text(encoding='utf-8')
          for pattern in ('*.md', 'docs/**/*.md') for path in sorted(REPOSITORY.glob(pattern))}
 ALL = '\n'.join(PAGES.values())
 BLOCK = re.compile(r'^( *)```(\w*)\n(.*?)^\1```', re.MULTILINE | re.DOTALL)
+PROSE = BLOCK.sub('', ALL)
 PAGE = pytest.mark.parametrize('page', PAGES)
 
 
 def blocks(text, *kinds):
     """Return the texts of the fenced blocks of some kinds."""
     return [block for _, kind, block in BLOCK.findall(text) if kind in kinds]
-
-
-def prose(text):
-    """Return a text without its fenced blocks."""
-    return BLOCK.sub('', text)
 
 
 def shell_lines(text):
@@ -47,21 +46,17 @@ def shell_lines(text):
             if line.strip() and not line.lstrip().startswith('#')]
 
 
-def slug(heading):
-    """Return the anchor that GitHub gives a heading."""
-    plain = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading).lower()
-    return re.sub(r'[^\w\- ]', '', plain).strip().replace(' ', '-')
-
-
 def anchors(text):
-    """Return the anchors of a page."""
-    return {slug(heading) for heading in re.findall(r'^#+ (.*)$', prose(text), re.MULTILINE)}
+    """Return the anchors that GitHub gives the headings of a page."""
+    headings = re.findall(r'^#+ (.*)$', BLOCK.sub('', text), re.MULTILINE)
+    plain = [re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading).lower() for heading in headings]
+    return {re.sub(r'[^\w\- ]', '', heading).strip().replace(' ', '-') for heading in plain}
 
 
 def table_rows():
     """Return the cells of all table rows: first cell without backticks, second cell."""
     cells = [[cell.strip() for cell in re.split(r'(?<!\\)\|', line)[1:-1]]
-             for line in prose(ALL).splitlines() if line.startswith('| ')]
+             for line in PROSE.splitlines() if line.startswith('| ')]
     return [(row[0].strip('`'), row[1].strip('`')) for row in cells if len(row) > 1]
 
 
@@ -73,31 +68,69 @@ def number(text):
         return None
 
 
+def commands(line):
+    """Yield the words of each command of a shell line."""
+    words = shlex.shlex(re.sub(r'\$\([^()]*\)', 'X', line), posix=True, punctuation_chars='&|;')
+    words.whitespace_split = True
+    command = []
+    for word in (*words, '&&'):
+        if not re.fullmatch('[&|;]+', word):
+            command.append(word)
+        else:
+            yield [word for word in command if not re.match('[A-Z_]+=', word)]
+            command = []
+
+
+def check(words):
+    """Raise an exception if a command or a file of this package is used wrongly."""
+    if words[:3:2] == ['ros2', 'baxter_dynamics_ros'] and words[1] == 'run':
+        assert f"'{words[3]} = " in SETUP, words[3]
+        words = words[3:]
+    program, arguments = Path((words or ['.'])[0]).name, words[1:]
+    if program == 'baxter_dynamics':
+        with pytest.raises(SystemExit, match='^0$') if '--help' in words else nullcontext():
+            parse(arguments)
+    elif program == 'torque_predictor':
+        given = dict(value.split(':=') for flag, value in zip(arguments, arguments[1:])
+                     if flag == '-p')
+        PredictorSettings.from_parameters({
+            name: yaml.safe_load(value) for name, value in given.items()
+            if not re.match('use_sim_time|qos_overrides|joint_prefix|frame_id', name)})
+    elif words[:3] == ['ros2', 'launch', 'baxter_dynamics_ros']:
+        root = ET.parse(REPOSITORY / 'launch' / words[3])
+        declared = {argument.get('name') for argument in root.findall('arg')}
+        assert {word.partition(':=')[0] for word in words[4:]} <= declared
+    for word in words:
+        if re.match(r'(\./|\.ci/|benchmarks/|docs/|examples/|test/|tools/)\w', word):
+            assert (REPOSITORY / word.partition('::')[0]).exists(), word
+        if extras := re.fullmatch(r'\.\[(.*)\]', word):
+            assert all(f"'{extra}': " in SETUP for extra in extras[1].split(',')), word
+        if name := re.match(r'/(?:\w+/)*(?:torque_predictor|fake_baxter)/(\w+)$', word):
+            assert name[1] in vars(topics).values(), word
+        if name := re.match(r'baxter_dynamics_interfaces/((srv|action)/.*)', word):
+            assert (REPOSITORY / f'{name[0]}.{name[2]}').exists(), word
+
+
 @PAGE
 def test_commands_are_correct(page):
-    wrong = []
     for line in shell_lines(PAGES[page]):
-        try:
-            check(line)
-        except (Failure, baxter_dynamics_ros.BaxterDynamicsError, SyntaxError) as error:
-            wrong.append(f'{line}: {error}')
-    assert not wrong, '\n'.join(wrong)
+        for words in commands(line):
+            try:
+                check(words)
+            except (Exception, SystemExit) as error:
+                pytest.fail(f'{line}: {error!r}')
 
 
 @pytest.mark.parametrize('line', [
-    'baxter_dynamics evaluat my_bag', 'baxter_dynamics evaluate my_bag --arms right',
-    'cd x && baxter_dynamics demo --duration 1', 'rm -r report', "pip install '.[gone]'",
-    'pip install ./gone', 'colcon build --base-paths src/baxter_dynamics_ros/gone',
-    'python examples/gone.py', 'python benchmarks/model.py --fast',
-    'python -m baxter_dynamics_ros.gone', 'pytest test/test_gone.py', 'ros2 sing /robot',
-    'ros2 run baxter_dynamics_ros gone', 'torque_predictor -p arm:=left',
-    'ros2 topic echo /torque_predictor/gone | head', 'torque_predictor --ros-args -p gone:=1',
-    'ros2 launch baxter_dynamics_ros gone.launch.xml',
+    'baxter_dynamics evaluat my_bag', 'cd x && baxter_dynamics demo --duration 1',
+    "pip install '.[gone]'", 'python examples/gone.py', 'ros2 run baxter_dynamics_ros gone',
+    'torque_predictor --ros-args -p gone:=1', 'ros2 topic echo /torque_predictor/gone | head',
     'ros2 launch baxter_dynamics_ros torque_predictor.launch.xml gone:=1',
     'FOO=1 ros2 run baxter_dynamics_ros torque_predictor --ros-args -p arm:=head'])
 def test_a_wrong_command_is_found(line):
-    with pytest.raises((Failure, baxter_dynamics_ros.BaxterDynamicsError)):
-        check(line)
+    with pytest.raises((Exception, SystemExit)):
+        for words in commands(line):
+            check(words)
 
 
 @PAGE
@@ -122,7 +155,7 @@ def test_data_blocks_are_valid(page, tmp_path):
 
 @PAGE
 def test_links_lead_somewhere(page):
-    for target in re.findall(r'\]\(([^)\s]+)\)', prose(PAGES[page])):
+    for target in re.findall(r'\]\(([^)\s]+)\)', BLOCK.sub('', PAGES[page])):
         if target.startswith(('http://', 'https://', 'mailto:')):
             continue
         path, _, anchor = target.partition('#')
@@ -156,14 +189,10 @@ def test_no_parameter_is_documented_that_does_not_exist():
     assert documented <= {setting.name for setting in SETTINGS}
 
 
-def test_events_are_documented():
-    for event in Event:
-        assert f'`{event.value}`' in ALL, event
-
-
-def test_topics_services_and_commands_are_documented():
-    for name in (value for key, value in vars(topics).items()
-                 if key.isupper() and isinstance(value, str)):
+def test_events_topics_services_and_commands_are_documented():
+    names = [value for key, value in vars(topics).items()
+             if key.isupper() and isinstance(value, str)]
+    for name in (*names, *(event.value for event in Event)):
         assert re.search(rf'`[^`\n]*{re.escape(name)}`', ALL), name
     for verb in VERBS:
         assert f'baxter_dynamics {verb}' in ALL, verb
@@ -179,17 +208,13 @@ def test_the_public_interface_is_documented():
             assert f'`{name}({arguments})`' in page, name
 
 
-def test_dotted_names_exist():
-    for name in set(re.findall(r'`(baxter_dynamics_ros(?:\.\w+)+)', prose(ALL))):
+def test_names_and_files_in_backticks_exist():
+    for name in set(re.findall(r'`(baxter_dynamics_ros(?:\.\w+)+)', PROSE)):
         module, _, attribute = name.rpartition('.')
         assert (hasattr(importlib.import_module(module), attribute)
                 or importlib.util.find_spec(name)), name
-
-
-def test_files_named_in_backticks_exist():
     for name in set(re.findall(
-            r'`((?:docs|test|config|launch|examples|benchmarks|tools)/[\w./-]+\.\w+)`',
-            prose(ALL))):
+            r'`((?:docs|test|config|launch|examples|benchmarks|tools)/[\w./-]+\.\w+)`', PROSE)):
         assert (REPOSITORY / name).exists(), name
 
 

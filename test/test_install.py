@@ -25,7 +25,7 @@ pytestmark = pytest.mark.timeout(300)
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
-    """Return a colcon workspace with a copy of the repository, so that the checkout stays clean."""
+    """Return a colcon workspace with a copy of the repository."""
     folder = tmp_path_factory.mktemp('install')
     shutil.copytree(REPOSITORY, folder / 'src' / NAME, symlinks=True,
                     ignore=shutil.ignore_patterns('.*', '__pycache__', '*.egg-info', '*.so',
