@@ -50,15 +50,14 @@ class ContactDetector:
     _explained: float  # time for which model error has explained the contact [s]
 
     def __init__(self, settings: ContactSettings, settling: float) -> None:
-        """Take the settings and the settling time of the observer [s]: nothing is learned then."""
+        self.settling = settling  # of the observer: nothing is learned for this time [s]
         self._variance = np.zeros(N_JOINTS)
-        self.configure(settings, settling)
+        self.configure(settings)
         self.reset()
 
-    def configure(self, settings: ContactSettings, settling: float) -> None:
+    def configure(self, settings: ContactSettings) -> None:
         """Change the settings; contact and everything learned stay."""
-        self._settings = settings
-        self._settling = settling
+        self.settings = settings
         self._floor = np.array(settings.floor)
         self._limit = np.maximum(settings.floor, settings.limit)
         self._update_threshold()
@@ -66,14 +65,14 @@ class ContactDetector:
     def reset(self) -> None:
         """Forget everything learned."""
         self.threshold = _PRIOR * self._floor
-        self._variance = (self.threshold / self._settings.sigmas) ** 2
+        self._variance = (self.threshold / self.settings.sigmas) ** 2
         self._learnt = 0.0  # duration of the free motion that sigma covers [s]
         self.in_contact = False
         self.restart()
 
     def restart(self) -> None:
         """Start a new stream: settle again, keep sigma and a contact."""
-        self._to_settle = self._settling  # [s]
+        self._to_settle = self.settling  # [s]
         self.is_settling = True
         if not self.in_contact:
             self.bias = np.zeros(N_JOINTS)
@@ -94,7 +93,7 @@ class ContactDetector:
     @property
     def has_learnt(self) -> bool:
         """Whether sigma covers as much free motion as its memory."""
-        return self._learnt >= self._settings.memory
+        return self._learnt >= self.settings.memory
 
     @property
     def sigma(self) -> Array:
@@ -130,7 +129,7 @@ class ContactDetector:
     def _learn(self, dt: float, r: Array) -> None:
         """Update bias and sigma with a sample of free motion."""
         fast = dt / (dt + min(self._followed, _BIAS_TIME))
-        slow = dt / (dt + min(self._learnt + _PRIOR_TIME, self._settings.memory))
+        slow = dt / (dt + min(self._learnt + _PRIOR_TIME, self.settings.memory))
         self._followed += dt
         self._learnt += dt
         deviation = r - self.bias
@@ -141,14 +140,14 @@ class ContactDetector:
 
     def _update_threshold(self) -> None:
         self.threshold = np.minimum(
-            np.maximum(self._settings.sigmas * self.sigma, self._floor), self._limit)
+            np.maximum(self.settings.sigmas * self.sigma, self._floor), self._limit)
 
     def _limited(self, r: Array) -> Array:
         return np.minimum(np.maximum(r, -self._limit), self._limit)
 
     def _count_above(self, dt: float, deviation: Array, above: Bools) -> None:
         """Begin contact if enough consecutive samples are above the threshold."""
-        samples = self._settings.samples
+        samples = self.settings.samples
         self._span = np.where(self._count > 0, self._span + dt, 0.0)
         self._count = np.where(above, self._count + 1, 0)
         enough = (self._count >= samples) & ((self._span >= _SPAN) | (samples == 1))
@@ -161,7 +160,7 @@ class ContactDetector:
         """Continue the contact, or end it."""
         self.is_settling = False
         self.duration += dt
-        release = self._settings.hysteresis * self.threshold
+        release = self.settings.hysteresis * self.threshold
         joints = deviation > release
         is_back = not joints.any()
         if not is_back:
@@ -185,7 +184,7 @@ class ContactDetector:
             error = np.where(joints, np.minimum(deviation, self._limit), 0.0)
             self.threshold = np.maximum(self.threshold, error)
             self._variance = np.maximum(
-                self._variance, joints * (self.threshold / self._settings.sigmas) ** 2)
+                self._variance, joints * (self.threshold / self.settings.sigmas) ** 2)
 
     def _end(self) -> None:
         self.in_contact = False

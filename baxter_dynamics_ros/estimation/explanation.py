@@ -14,7 +14,7 @@ import numpy as np
 
 from .predictor import Prediction
 from ..model.arm import BaxterArm
-from ..model.arrays import Array, Bools
+from ..model.arrays import Array
 from ..model.base_parameters import fixed_to_link
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER
@@ -34,21 +34,12 @@ _SHARE = 0.7  # of the squared residual that an explanation must account for
 _STOP = 0.05  # distance from a joint's limit at which it may be at its stop [rad]
 _REACH = 0.3  # largest coordinate of a payload's centre in the hand frame [m]
 _CENTER = 0.1  # standard deviation of the prior of each coordinate [m]
-_KINDS = {'payload': range(4), 'tilt': range(4, 6), 'friction': range(6, 13)}
-_OFFSET = 13  # column of the offset of s0
-# Standard deviations of the priors: first moment [kg m] and mass [kg], horizontal gravity
-# [m/s^2], friction and offset [N m].
-_PRIOR = np.repeat([0.05, 2.0, 0.5, 3.0, 30.0], [3, 1, 2, N_JOINTS, N_JOINTS])
-
-
-class Explanation(NamedTuple):
-    """Statement about the residual."""
-
-    kind: str  # payload, offset, friction, tilt, joint_stop, none or unexplained
-    joint: 'str | None'
-    values: tuple[float, ...]  # mass [kg]; torque [N m]; tilt [deg]
-    deviations: tuple[float, ...]  # their standard deviations
-    text: str  # one sentence
+_FRICTION = range(6, 13)  # columns
+# Columns of each term: first moment [kg m] and mass [kg] of a payload, horizontal gravity [m/s^2],
+# friction of the joints and offsets [N m].
+_TERMS = {'payload': [0, 1, 2, 3], 'tilt': [4, 5], 'friction': [*_FRICTION],
+          **{f'offset {joint}': [13 + i] for i, joint in enumerate(JOINTS)}}
+_PRIOR = np.repeat([0.05, 2.0, 0.5, 3.0, 30.0], [3, 1, 2, N_JOINTS, N_JOINTS])  # deviations
 
 
 class PayloadEstimate(NamedTuple):
@@ -61,15 +52,19 @@ class PayloadEstimate(NamedTuple):
 
 
 class Explained(NamedTuple):
-    """Result of one explanation."""
+    """Statement about the residual."""
 
-    sentence: Explanation
+    kind: str  # payload, offset, friction, tilt, joint_stop, none or unexplained
+    text: str  # one sentence
+    joint: 'str | None' = None
+    value: 'float | None' = None  # mass [kg], torque [N m] or tilt [deg]
+    deviation: 'float | None' = None  # standard deviation of the value
     payload: 'PayloadEstimate | None' = None  # only if observable and significant
 
 
-_TOO_FEW = Explained(Explanation('none', None, (), (), 'too few residuals yet'))
-_WITHIN = Explained(Explanation('none', None, (), (), 'residual is within the expected deviation'))
-_UNEXPLAINED = Explained(Explanation('unexplained', None, (), (), 'residual is not explained'))
+_TOO_FEW = Explained('none', 'too few residuals yet')
+_WITHIN = Explained('none', 'residual is within the expected deviation')
+_UNEXPLAINED = Explained('unexplained', 'residual is not explained')
 
 
 class _Sample(NamedTuple):
@@ -81,28 +76,12 @@ class _Sample(NamedTuple):
     columns: Array  # (7, 20) residual for a unit of each value
 
 
-class _Fit(NamedTuple):
-    columns: list[int]
-    evidence: float  # logarithm, up to a constant
-    square: float  # remaining weighted square of the residual
-    values: Array
-    covariance: Array
-
-
 class ResidualExplainer:
     """
     Explains the residuals of the last ten seconds.
 
     Samples with contact are used only if there are too few without: a heavy payload is reported
     as contact until the model includes it.
-
-    Parameters
-    ----------
-    arm : BaxterArm
-        Rigid-body model.
-    effort_model : EffortModel
-        Effort model; its deviation is the expected size of the residual.
-
     """
 
     def __init__(self, arm: BaxterArm, effort_model: EffortModel) -> None:
@@ -152,128 +131,53 @@ class ResidualExplainer:
             samples = list(self._samples)
         if len(samples) < _LEAST:
             return _TOO_FEW
-        return _joint_stop(samples[-_LEAST // 2:]) or self._compare(_Problem(samples))
-
-    def _compare(self, problem: '_Problem') -> Explained:
-        """Add the terms with the most evidence, one after the other."""
-        terms = problem.terms()
-        names: list[str] = []
-        best = problem.fit([])
-        while len(names) < 3:
-            fits = {name: problem.fit(best.columns + columns) for name, columns in terms.items()
-                    if name not in names}
-            name = max(fits, key=lambda each: fits[each].evidence)
-            if fits[name].evidence < best.evidence + _ODDS:
-                break
-            names.append(name)
-            best = fits[name]
-        if not names:
-            return _UNEXPLAINED if problem.is_significant(problem.square) else _WITHIN
-        best = problem.fit(best.columns, _prior_of(best))
-        if problem.is_significant(best.square):
-            if best.square > (1.0 - _SHARE) * problem.square:
-                return _UNEXPLAINED
-            misfit = best.square / (N_JOINTS * problem.independent)
-            best = best._replace(covariance=best.covariance * misfit)
-        others = [problem.fit([column for other in names if other != name
-                               for column in terms[other]]).evidence for name in names]
-        main = names[int(np.argmin(others))]
-        payload = self._payload(best) if main == 'payload' else None
-        if main == 'payload' and payload is None:
-            return _UNEXPLAINED
-        return Explained(self._sentence(main, best, payload), payload)
-
-    def _payload(self, fit: _Fit) -> 'PayloadEstimate | None':
-        at = [fit.columns.index(column) for column in range(4)]
-        *moment, mass = fit.values[at]
-        covariance = fit.covariance[np.ix_(at, at)]
-        deviation = float(np.sqrt(covariance[3, 3]))
-        center = np.array(moment) / mass
-        if abs(mass) < _SIGNIFICANT * deviation or mass < -self._arm.payload.mass:
-            return None
-        gradient = np.column_stack([np.eye(3), -center]) / mass
-        spread = np.sqrt(np.diag(gradient @ covariance @ gradient.T))
-        if (np.abs(center) > _REACH + 2.0 * spread).any():
-            return None
-        return PayloadEstimate(float(mass), center, deviation, spread)
-
-    def _sentence(self, name: str, fit: _Fit, payload: 'PayloadEstimate | None') -> Explanation:
-        if payload is not None:
-            mass, sd = payload.mass, payload.mass_deviation
-            what = '' if mass > 0.0 else 'a payload lighter by '
-            return Explanation('payload', None, (mass,), (sd,), f'residual is what {what}'
-                               f'{abs(mass):.2f} ± {sd:.2f} kg at the hand would cause')
-        kind, _, joint = name.partition(' ')
-        columns = [i for i, column in enumerate(fit.columns) if column in _columns(name)]
-        values, deviations = fit.values[columns], np.sqrt(np.diag(fit.covariance))[columns]
-        if kind == 'tilt':
-            angle, sd = np.degrees(np.array([np.linalg.norm(values), deviations.max()])
-                                   / np.abs(GRAVITY[2])).tolist()
-            return Explanation(kind, None, (angle,), (sd,),
-                               f'gravity appears tilted by {angle:.1f} ± {sd:.1f} degrees')
-        most = int(np.argmax(np.abs(values) / deviations))
-        value, sd = float(values[most]), float(deviations[most])
-        size = f'{value:.2f} ± {sd:.2f} N m'
-        if kind == 'friction':
-            joint = JOINTS[fit.columns[columns[most]] - _KINDS['friction'].start]
-            text = (f'residual of {joint} follows the sign of velocity ({size}): friction is not '
-                    'calibrated')
-        else:
-            zero = "the spring's zero" if joint == 's1' else 'its zero'
-            text = f'constant offset of {size} at {joint}: {zero} is not calibrated'
-        return Explanation(kind, joint, (value,), (sd,), text)
+        return (_joint_stop(samples[-_LEAST // 2:])
+                or _compare(_Regression(samples), self._arm.payload.mass))
 
 
-class _Problem:
+class _Fit(NamedTuple):
+    columns: list[int]
+    evidence: float  # logarithm, up to a constant
+    square: float  # remaining weighted square of the residual
+    values: Array  # (20,), zero except in the columns
+    covariance: Array  # (20, 20)
+
+
+class _Regression:
     """Weighted linear regression of the residuals on the columns of all terms."""
 
     def __init__(self, samples: list[_Sample]) -> None:
         self.independent = _independent(np.array([sample.q for sample in samples]))
         deviation = np.array([sample.deviation for sample in samples])
+        columns = np.array([sample.columns for sample in samples])
         scale = np.sqrt(self.independent / len(samples)) / deviation
-        x = scale[..., None] * np.array([sample.columns for sample in samples])
+        x = scale[..., None] * columns
         y = scale * np.array([sample.residual for sample in samples])
         self._matrix = np.einsum('nij,nik->jk', x, x)
         self._vector = np.einsum('nij,ni->j', x, y)
         self.square = float((y * y).sum())
-        sliding = np.array([np.diag(sample.columns[:, 6:13]) for sample in samples])
-        self._reverses: Bools = ((sliding > 0.5).mean(0) > 0.1) & ((sliding < -0.5).mean(0) > 0.1)
-
-    def terms(self) -> dict[str, list[int]]:
-        """Return the terms that the motion can show: name -> columns."""
-        result = {kind: _columns(kind) for kind in ('payload', 'tilt')}
-        friction = [column for column, shown in zip(_columns('friction'), self._reverses) if shown]
-        if friction:
-            result['friction'] = friction
-        return result | {f'offset {joint}': _columns(f'offset {joint}') for joint in JOINTS}
+        sliding = np.diagonal(columns[..., _FRICTION], axis1=1, axis2=2)
+        reverses = ((sliding > 0.5).mean(0) > 0.1) & ((sliding < -0.5).mean(0) > 0.1)
+        # The terms that the motion can show: friction is shown by joints that reverse.
+        self.terms = {**_TERMS, 'friction': [_FRICTION[i] for i in np.flatnonzero(reverses)]}
+        if not reverses.any():
+            del self.terms['friction']
 
     def fit(self, columns: list[int], prior: Array = _PRIOR) -> _Fit:
         """Return the most probable values of some columns."""
-        precision = 1.0 / prior[columns] ** 2
-        total = self._matrix[np.ix_(columns, columns)] + np.diag(precision)
-        covariance = np.linalg.inv(total)
-        values = covariance @ self._vector[columns]
-        square = self.square - float(self._vector[columns] @ values)
-        occam = np.linalg.slogdet(total)[1] - np.log(precision).sum()
-        return _Fit(columns, -0.5 * (square + float(occam)), square, values, covariance)
+        precision, part = 1.0 / prior[columns] ** 2, np.ix_(columns, columns)
+        total = self._matrix[part] + np.diag(precision)
+        values, covariance = np.zeros(_PRIOR.shape), np.zeros(self._matrix.shape)
+        covariance[part] = np.linalg.inv(total)
+        values[columns] = covariance[part] @ self._vector[columns]
+        square = self.square - float(self._vector @ values)
+        occam = float(np.linalg.slogdet(total)[1] - np.log(precision).sum())
+        return _Fit(columns, -0.5 * (square + occam), square, values, covariance)
 
     def is_significant(self, square: float) -> bool:
         """Return whether a weighted square exceeds what 99 % of free motion shows."""
         n = N_JOINTS * self.independent
         return square > n * (1.0 - 2.0 / (9.0 * n) + 2.33 * np.sqrt(2.0 / (9.0 * n))) ** 3
-
-
-def _prior_of(fit: _Fit) -> Array:
-    """Return the prior with first moments that fit the mass that was found."""
-    prior = _PRIOR.copy()
-    mass = dict(zip(fit.columns, fit.values)).get(3, 0.0)
-    prior[:3] = np.minimum(prior[:3], _CENTER * max(abs(mass), _CENTER))
-    return prior
-
-
-def _columns(name: str) -> list[int]:
-    kind, _, joint = name.partition(' ')
-    return [_OFFSET + JOINTS.index(joint)] if joint else list(_KINDS[kind])
 
 
 def _independent(q: Array) -> int:
@@ -285,16 +189,82 @@ def _independent(q: Array) -> int:
     return count
 
 
+def _compare(problem: _Regression, payload_mass: float) -> Explained:
+    """Add the terms with the most evidence, one after the other; return the one needed most."""
+    names: list[str] = []
+    best = problem.fit([])
+    while len(names) < 3:
+        fits = {name: problem.fit(best.columns + columns)
+                for name, columns in problem.terms.items() if name not in names}
+        name = max(fits, key=lambda each: fits[each].evidence)
+        if fits[name].evidence < best.evidence + _ODDS:
+            break
+        names.append(name)
+        best = fits[name]
+    if not names:
+        return _UNEXPLAINED if problem.is_significant(problem.square) else _WITHIN
+    prior = _PRIOR.copy()  # with first moments that fit the mass that was found
+    prior[:3] = np.minimum(prior[:3], _CENTER * max(abs(best.values[3]), _CENTER))
+    best = problem.fit(best.columns, prior)
+    if problem.is_significant(best.square):
+        if best.square > (1.0 - _SHARE) * problem.square:
+            return _UNEXPLAINED
+        misfit = best.square / (N_JOINTS * problem.independent)
+        best = best._replace(covariance=best.covariance * misfit)
+    others = [problem.fit([column for other in names if other != name
+                           for column in problem.terms[other]]).evidence for name in names]
+    main = names[int(np.argmin(others))]
+    if main == 'payload':
+        return _payload(best, payload_mass)
+    return _statement(main, best, problem.terms[main])
+
+
+def _payload(fit: _Fit, payload_mass: float) -> Explained:
+    """Return the payload of a fit if it is significant and possible beside the model's [kg]."""
+    mass, covariance = float(fit.values[3]), fit.covariance[:4, :4]
+    sd = float(np.sqrt(covariance[3, 3]))
+    center = fit.values[:3] / mass
+    if abs(mass) < _SIGNIFICANT * sd or mass < -payload_mass:
+        return _UNEXPLAINED
+    gradient = np.column_stack([np.eye(3), -center]) / mass
+    spread = np.sqrt(np.diag(gradient @ covariance @ gradient.T))
+    if (np.abs(center) > _REACH + 2.0 * spread).any():
+        return _UNEXPLAINED
+    what = '' if mass > 0.0 else 'a payload lighter by '
+    text = f'residual is what {what}{abs(mass):.2f} ± {sd:.2f} kg at the hand would cause'
+    return Explained('payload', text, None, mass, sd, PayloadEstimate(mass, center, sd, spread))
+
+
+def _statement(name: str, fit: _Fit, columns: list[int]) -> Explained:
+    kind, _, joint = name.partition(' ')
+    values, deviations = fit.values[columns], np.sqrt(np.diag(fit.covariance))[columns]
+    if kind == 'tilt':
+        angle, sd = np.degrees(np.array([np.linalg.norm(values), deviations.max()])
+                               / np.abs(GRAVITY[2])).tolist()
+        text = f'gravity appears tilted by {angle:.1f} ± {sd:.1f} degrees'
+        return Explained(kind, text, None, angle, sd)
+    most = int(np.argmax(np.abs(values) / deviations))
+    value, sd = float(values[most]), float(deviations[most])
+    size = f'{value:.2f} ± {sd:.2f} N m'
+    if kind == 'friction':
+        joint = JOINTS[columns[most] - _FRICTION.start]
+        text = (f'residual of {joint} follows the sign of velocity ({size}): friction is not '
+                'calibrated')
+    else:
+        zero = "the spring's zero" if joint == 's1' else 'its zero'
+        text = f'constant offset of {size} at {joint}: {zero} is not calibrated'
+    return Explained(kind, text, joint, value, sd)
+
+
 def _joint_stop(samples: list[_Sample]) -> 'Explained | None':
     """Return the joint that presses on its stop, if one does."""
     q, residual, deviation = np.mean([sample[2:5] for sample in samples], axis=0)
     # The motor presses towards the stop, beyond what the model needs.
     pressing = np.where(q > POSITION_UPPER - _STOP, residual, 0.0) - np.where(
         q < POSITION_LOWER + _STOP, residual, 0.0)
-    joint = int(np.argmax(pressing / deviation))
-    torque, sd = float(pressing[joint]), float(deviation[joint])
+    i = int(np.argmax(pressing / deviation))
+    joint, torque, sd = JOINTS[i], float(pressing[i]), float(deviation[i])
     if torque < _SIGNIFICANT * sd:
         return None
-    text = (f'{JOINTS[joint]} is at its joint stop and presses on it with {torque:.1f} ± {sd:.1f} '
-            'N m')
-    return Explained(Explanation('joint_stop', JOINTS[joint], (torque,), (sd,), text))
+    text = f'{joint} is at its joint stop and presses on it with {torque:.1f} ± {sd:.1f} N m'
+    return Explained('joint_stop', text, joint, torque, sd)

@@ -88,7 +88,10 @@ class ExternalEffort:
     def configure(self, settings: PredictorSettings, model: ArmModel) -> None:
         """Change the settings in mid-stream; external torque and bias step with the model."""
         self._observer.gain = settings.external_effort.gain
-        self.detector.configure(contact_settings(settings), self._observer.settling_time)
+        self.detector.settling = self._observer.settling_time
+        contact = contact_settings(settings)
+        if contact != self.detector.settings:
+            self.detector.configure(contact)
         before, self._model = self._model, model
         self._dahl.change_model(model.effort_model)
         if self._last is not None:

@@ -113,7 +113,7 @@ class TorquePredictor(ParameterNode):
             return
         self._explained_ns = prediction.stamp_ns
         explained = self._explainer.explain()
-        self._diagnostics.explanation = explained.sentence.text
+        self._diagnostics.explanation = explained.text
         if explained.payload is not None:
             self._results.publish_payload(explained.payload, prediction.stamp_ns)
 

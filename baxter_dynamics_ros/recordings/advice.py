@@ -115,7 +115,7 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
                   evaluate: str) -> Iterator[Advice]:
     found = _frequent(evaluations)
     if 'offset' in found:
-        joints = {one.sentence.joint for one in found['offset']}
+        joints = {one.joint for one in found['offset']}
         yield Advice(
             'zero', 'Much of the residual is a constant offset of '
             f'{", ".join(joint for joint in JOINTS if joint in joints)}. With the robot '
@@ -142,7 +142,7 @@ def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:
     kinds: dict[str, list[Explained]] = {}
     for evaluation in evaluations:
         for one in evaluation.explained:
-            kinds.setdefault(one.sentence.kind, []).append(one)
+            kinds.setdefault(one.kind, []).append(one)
     least = _FREQUENT * sum(map(len, kinds.values()))
     return {kind: found for kind, found in kinds.items() if len(found) >= least}
 

@@ -67,13 +67,13 @@ def test_payload_at_rest(mass):
         if explained.payload is not None:
             found += 1
             assert_mass(explained.payload, mass)
-            assert f'{explained.payload.mass:.2f} ± ' in explained.sentence.text
+            assert f'{explained.payload.mass:.2f} ± ' in explained.text
         else:
-            assert explained.sentence.kind in ('none', 'unexplained')
+            assert explained.kind in ('none', 'unexplained')
     assert found == len(POSES) or mass == MASSES[0] and found >= 3
 
 
-@pytest.mark.parametrize('mass', MASSES)
+@pytest.mark.parametrize('mass', [0.5, 2.0])
 def test_payload_in_motion(mass):
     """Through the predictor, with noise; a heavy payload is contact all the time."""
     pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
@@ -90,7 +90,7 @@ def test_payload_in_motion(mass):
         if step.prediction is not None:
             explainer.add(step.prediction, step.external and step.external.contact)
     explained = explainer.explain()
-    assert explained.sentence.kind == 'payload'
+    assert explained.kind == 'payload'
     assert_mass(explained.payload, mass)
     assert np.abs((explained.payload.center_of_mass - CENTER)
                   / explained.payload.center_deviation).max() < 2.0
@@ -100,7 +100,7 @@ def test_payload_is_in_addition_to_that_of_the_model():
     arm = BaxterArm(payload=Payload(1.0, CENTER))
     lighter = explain(lambda *state: -0.6 * load(1.0)(*state), arm=arm)
     assert_mass(lighter.payload, -0.6)
-    assert 'lighter by 0.6' in lighter.sentence.text
+    assert 'lighter by 0.6' in lighter.text
     assert explain(lambda *state: -1.5 * load(1.0)(*state), arm=arm).payload is None
 
 
@@ -108,41 +108,41 @@ def test_payload_is_in_addition_to_that_of_the_model():
 @pytest.mark.parametrize('at', [motion, lambda t: motion(0.0)], ids=['moving', 'resting'])
 def test_offset(joint, at):
     offset = 15.0 * np.array(DEVIATION) * (np.array(JOINTS) == joint)
-    sentence = explain(lambda *_: offset, at).sentence
+    sentence = explain(lambda *_: offset, at)
     assert (sentence.kind, sentence.joint) == ('offset', joint)
-    assert abs(sentence.values[0] - offset.max()) < max(0.2, 2.0 * sentence.deviations[0])
+    assert abs(sentence.value - offset.max()) < max(0.2, 2.0 * sentence.deviation)
     assert ("the spring's zero is not calibrated" in sentence.text) == (joint == 's1')
 
 
 def test_friction():
     coulomb = np.array([0.2, 0.3, 1.5, 0.3, 0.1, 0.1, 0.05])
-    sentence = explain(lambda q, qd, qdd: coulomb * np.tanh(qd / 0.05)).sentence
+    sentence = explain(lambda q, qd, qdd: coulomb * np.tanh(qd / 0.05))
     assert (sentence.kind, sentence.joint) == ('friction', 'e0')
-    assert abs(sentence.values[0] - 1.5) < 2.0 * sentence.deviations[0]
+    assert abs(sentence.value - 1.5) < 2.0 * sentence.deviation
 
 
 def test_tilt():
     tilted, level = BaxterArm(gravity=(0.3, -0.2, -9.8)), BaxterArm()
-    sentence = explain(lambda q, *_: tilted.gravity(q) - level.gravity(q)).sentence
+    sentence = explain(lambda q, *_: tilted.gravity(q) - level.gravity(q))
     assert sentence.kind == 'tilt'
-    assert abs(sentence.values[0] - 2.1) < 2.0 * sentence.deviations[0]
+    assert abs(sentence.value - 2.1) < 2.0 * sentence.deviation
 
 
 def test_joint_stop():
     q, zero = np.where(np.array(JOINTS) == 'e0', POSITION_UPPER - 0.01, 0.3), np.zeros(7)
     push = 8.0 * (np.array(JOINTS) == 'e0')
-    assert explain(lambda *_: push, lambda t: (q, zero, zero), contact=True).sentence.text == (
+    assert explain(lambda *_: push, lambda t: (q, zero, zero), contact=True).text == (
         'e0 is at its joint stop and presses on it with 8.0 ± 0.3 N m')
-    assert explain(lambda *_: -push, lambda t: (q, zero, zero)).sentence.kind != 'joint_stop'
+    assert explain(lambda *_: -push, lambda t: (q, zero, zero)).kind != 'joint_stop'
 
 
 def test_noise_is_not_explained_and_few_samples_neither(rng):
-    sentence = explain(lambda *_: rng.normal(0.0, DEVIATION)).sentence
+    sentence = explain(lambda *_: rng.normal(0.0, DEVIATION))
     assert (sentence.kind, sentence.text) == ('none', 'residual is within the expected deviation')
-    elsewhere = explain(lambda q, *_: 9.0 * np.sin(40.0 * q)).sentence
+    elsewhere = explain(lambda q, *_: 9.0 * np.sin(40.0 * q))
     assert elsewhere.kind == 'unexplained'
     explainer = ResidualExplainer(BaxterArm(), EffortModel())
-    assert explainer.explain().sentence.text == 'too few residuals yet'
+    assert explainer.explain().text == 'too few residuals yet'
 
 
 def test_coupled_joints():
@@ -180,7 +180,7 @@ def test_gripper_and_force_sensor_on_a_recording(recordings):
     assert len(masses) > 0.8 * len(found) > 30
     assert 0.8 < min(masses) and max(masses) < 1.2 and np.std(masses) < 0.07  # [kg]
     resting = list(explanations(recordings, 'baxter_kitting.npz', 'left'))
-    assert {each.sentence.kind for each in resting} == {'none'}
+    assert {each.kind for each in resting} == {'none'}
 
 
 @pytest.mark.parametrize('arm', ['right', 'left'])
@@ -188,6 +188,6 @@ def test_no_payload_on_a_recording_of_a_guided_arm(recordings, arm):
     """The right arm is moved by hand; both have an offset of s1."""
     found = list(explanations(recordings, 'baxter_hand_guided.npz', arm))
     assert len(found) > 40 and all(each.payload is None for each in found)
-    offsets = [each.sentence for each in found if each.sentence.kind == 'offset']
+    offsets = [each for each in found if each.kind == 'offset']
     assert len(offsets) > 0.9 * len(found)
     assert {sentence.joint for sentence in offsets} == {'s1'}
