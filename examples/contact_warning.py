@@ -9,13 +9,13 @@ Run: python examples/contact_warning.py
 """
 
 from argparse import ArgumentParser
-from contextlib import suppress
 from math import inf
+import signal
 from time import monotonic
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
@@ -68,11 +68,12 @@ def main() -> None:
     parser = ArgumentParser()
     parser.add_argument('--duration', type=float, default=inf, help='[s]; unlimited by default')
     options = parser.parse_args()
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C ends the loop below
+    interrupts = []
+    signal.signal(signal.SIGINT, lambda number, frame: interrupts.append(number))
     node, end = ContactWarning(), monotonic() + options.duration
-    with suppress(KeyboardInterrupt, ExternalShutdownException):
-        while monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.1)
+    while monotonic() < end and not interrupts:
+        rclpy.spin_once(node, timeout_sec=0.1)
 
 
 if __name__ == '__main__':
