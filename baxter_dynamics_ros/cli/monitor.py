@@ -74,10 +74,9 @@ class Predictor:
 
     def efforts(self, now: float) -> Array:
         """
-        Return the efforts of the newest residual: (4, 7) [N m], NaN if unknown.
+        Return measured, predicted, residual and its expected deviation, (4, 7) [N m].
 
-        The rows are measured and predicted effort, residual and its expected deviation. Without a
-        residual the newest prediction is alone.
+        All are of the newest residual; without one, the newest prediction is alone among NaN.
         """
         residual = self.newest(topics.EFFORT_RESIDUAL, now)
         predicted, deviation = (
@@ -101,7 +100,7 @@ class Predictor:
 
     def diagnostics(self, now: float) -> list[tuple[str, int, str]]:
         """Return name, level and message of the newest statuses; nothing if they are stale."""
-        return [(status.name.partition(': ')[2], ord(status.level), status.message)
+        return [(status.name.partition(': ')[2], min(ord(status.level), 3), status.message)
                 for status in self._statuses if now - self._reported <= _STATUS_STALE_AFTER]
 
     def explanation(self, now: float) -> str:

@@ -102,12 +102,7 @@ def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, Recording
 
 def output_folder(option: str, output: str | Path, force: bool = True,
                   inputs: Iterable[str] = ()) -> Path:
-    """
-    Return the absolute path of an output folder, which may not exist yet.
-
-    Raises BaxterDynamicsError, with the option that names the folder, if it cannot be written,
-    belongs to the inputs of the command, or has contents and force is False.
-    """
+    """Return the absolute path of an output folder, which may not exist yet."""
     path = Path(output).expanduser().resolve()
     existing = next(place for place in (path, *path.parents) if os.path.lexists(place))
     if not existing.is_dir():
@@ -117,7 +112,7 @@ def output_folder(option: str, output: str | Path, force: bool = True,
 
 def output_file(option: str, output: str | Path, endings: tuple[str, ...], force: bool = True,
                 inputs: Iterable[str] = ()) -> Path:
-    """Return the absolute path of an output file with one of the endings, as output_folder."""
+    """Return the absolute path of an output file with one of the endings."""
     path = Path(output).expanduser().resolve()
     if path.suffix.lower() not in endings:
         raise BaxterDynamicsError(
@@ -130,7 +125,7 @@ def output_file(option: str, output: str | Path, endings: tuple[str, ...], force
 
 
 def _checked(option: str, path: Path, folder: Path, force: bool, inputs: Iterable[str]) -> Path:
-    """Return the path of an output in an existing folder, or raise BaxterDynamicsError."""
+    """Return a path that can be written, is none of the inputs and may be replaced."""
     try:
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:

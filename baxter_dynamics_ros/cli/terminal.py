@@ -36,12 +36,7 @@ def complain(line: str) -> None:
 
 
 def write(text: str) -> None:
-    """
-    Write a text to stdout as it is; characters that the encoding lacks are escaped.
-
-    Raises BaxterDynamicsError if stdout cannot be written, and SystemExit if the reader of a pipe
-    has ended.
-    """
+    """Write a text to stdout as it is; characters that the encoding lacks are escaped."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors='backslashreplace')
     try:
@@ -82,9 +77,9 @@ def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
                bold_last: bool = False) -> None:
     """Print a table; see :func:`table`."""
     result = table(columns)
-    for i, row in enumerate(rows):
+    for row in rows:
         result.add_row(*map(printable, row),
-                       style='bold' if bold_last and i == len(rows) - 1 else None)
+                       style='bold' if bold_last and row is rows[-1] else None)
     show(result)
 
 
@@ -97,11 +92,7 @@ def show_joints(columns: Mapping[str, Array]) -> None:
 
 @contextmanager
 def progress(total: float | None = None) -> Iterator[Callable[[float, str], None]]:
-    """
-    Show a progress bar, or without a total a spinner, if stdout is a terminal.
-
-    Yields a function to call with the amount completed and a description.
-    """
+    """Show a bar, or without a total a spinner; yield a function of amount and description."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
     console = Console()

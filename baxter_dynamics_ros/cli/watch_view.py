@@ -77,7 +77,7 @@ def view(predictor: Predictor, now: float) -> Group:
     title = Text(printable(f'{predictor.name}  {predictor.side or "unknown"} arm  '), 'bold')
     diagnostics = Table(box=None, pad_edge=False, show_header=False)
     for name, level, text in predictor.diagnostics(now):
-        diagnostics.add_row(printable(name), Text(*_level(level)), printable(text))
+        diagnostics.add_row(printable(name), Text(*_LEVELS[level]), printable(text))
     if not diagnostics.row_count:
         diagnostics.add_row(Text('no diagnostics', 'magenta'))
     return Group(title.append(f' {_contact(predictor, now)} ', style),
@@ -90,7 +90,7 @@ def line(predictor: Predictor, now: float) -> str:
     residual = predictor.efforts(now)[2]
     values = ' '.join(f'{joint} {_number(x)}' for joint, x in zip(JOINTS, residual))
     diagnostics = predictor.diagnostics(now)
-    problems = ', '.join(f'{name} {_level(level)[0]}' for name, level, _ in diagnostics if level)
+    problems = ', '.join(f'{name} {_LEVELS[level][0]}' for name, level, _ in diagnostics if level)
     return '; '.join([
         f'{predictor.side or "unknown"} arm: {_contact(predictor, now)}',
         'no residual' if math.isnan(residual[0]) else f'residual [N m] {values}',
@@ -152,10 +152,6 @@ def _rates(predictor: Predictor, now: float) -> str:
         ('joint states', topics.JOINT_STATES))]
     delay = predictor.delay(now)
     return ', '.join(rates + ([] if delay is None else [f'delay {1e3 * delay:.0f} ms']))
-
-
-def _level(level: int) -> tuple[str, str]:
-    return _LEVELS[level] if level < len(_LEVELS) else (f'level {level}', 'magenta')
 
 
 def _wait_for_data(monitor: Monitor, duration: float) -> None:
