@@ -78,16 +78,14 @@ def meaning(name: str) -> tuple[str, str]:
     return 'm', f'Denavit-Hartenberg {name[0]} of link {name[1]}'
 
 
-class Body(NamedTuple):
-    """The body of a generated function, after its inputs have names; expressions are text."""
-
-    statements: list[tuple[str, str]]  # name, value; names are reused
-    results: list[str]  # row by row, one after the other
-
-
 @cache
-def bodies() -> dict[str, Body]:
-    """Return the bodies of the generated functions by name."""
+def bodies() -> dict[str, tuple[list[tuple[str, str]], list[str]]]:
+    """
+    Return statements and results of each generated function, after its inputs have names.
+
+    A statement is a name, which may be reused, and its value; results are row by row, one after
+    the other. Values are text.
+    """
     result = {}
     for function in ast.parse(PATH.read_text(encoding='utf-8')).body:
         if isinstance(function, ast.FunctionDef):
@@ -95,7 +93,7 @@ def bodies() -> dict[str, Body]:
                           for statement in function.body if isinstance(statement, ast.Assign)
                           and isinstance(statement.targets[0], ast.Name)]
             returned = ast.unparse(function.body[-1]).removeprefix('return ')
-            result[function.name] = Body(statements, returned.strip('()').split(', '))
+            result[function.name] = statements, returned.strip('()').split(', ')
     return result
 
 

@@ -76,14 +76,14 @@ def _rows(name: str) -> Iterator[int]:
     """Yield the rows of the results: MATLAB stores arrays column by column."""
     start = 0
     for _, shape, _, _ in FUNCTIONS[name][1]:
-        for index in np.ndindex(*shape):
-            yield start + int(np.ravel_multi_index(index, shape, order='F'))
+        rows = start + np.arange(prod(shape)).reshape(shape, order='F')
+        yield from rows.ravel().tolist()
         start += prod(shape)
 
 
 def _statement(target: str, value: str) -> str:
-    text = value.replace(' * ', ' .* ').replace(' / ', ' ./ ')
-    return ' ...\n'.join(wrap(f'    {target} = {text};', _WIDTH - 4, subsequent_indent=' ' * 8))
+    text = f'    {target} = {value};'.replace(' * ', ' .* ').replace(' / ', ' ./ ')
+    return ' ...\n'.join(wrap(text, _WIDTH - 4, subsequent_indent=' ' * 8))
 
 
 def _help(title: str, *paragraphs: str) -> list[str]:

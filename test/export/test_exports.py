@@ -202,23 +202,6 @@ def test_python_on_sympy_symbols(module):
     np.testing.assert_allclose(result, ARM.gravity(np.full(7, 0.3)), rtol=1e-11, atol=1e-11)
 
 
-def test_python_gradients(module, states):
-    """Of JAX and PyTorch, if they are installed."""
-    q, qd, qdd = (states[name][0] for name in ('q', 'qd', 'qdd'))
-    expected = ARM.inverse_dynamics_gradient(q, qd, qdd)[0]
-    jax = pytest.importorskip('jax', reason='pip install jax torch')
-    jax.config.update('jax_enable_x64', True)
-    jnp = jax.numpy
-    gradient = jax.jit(jax.jacfwd(lambda x: jnp.stack(module.inverse_dynamics(
-        jnp.sin(x), jnp.cos(x), qd, qdd, module.VALUES))))(q)
-    np.testing.assert_allclose(gradient, expected, rtol=0.0, atol=1e-11)
-    torch = pytest.importorskip('torch', reason='pip install jax torch')
-    gradient = torch.autograd.functional.jacobian(lambda x: torch.stack(module.inverse_dynamics(
-        torch.sin(x), torch.cos(x), torch.tensor(qd), torch.tensor(qdd), module.VALUES)),
-        torch.tensor(q))
-    np.testing.assert_allclose(gradient.numpy(), expected, rtol=0.0, atol=1e-11)
-
-
 def test_python_imports_nothing(module, tmp_path):
     code = ('import sys; before = set(sys.modules); import baxter_dynamics as b; '
             'assert set(sys.modules) - before == {"baxter_dynamics"}; '

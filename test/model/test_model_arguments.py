@@ -69,13 +69,11 @@ def test_invalid_side():
         mount('top')
 
 
-@pytest.mark.parametrize('inertia', [
-    (1e-3, 1e-3, 2e-3, 0, 0, 0),  # a disc: the triangle inequality's border
-    (0, 1e-3, 1e-3, 0, 0, 0),  # a rod
-    (0, 0, 0, 0, 0, 0),  # a point
-], ids=['disc', 'rod', 'point'])
-def test_limiting_cases_of_payload_inertia(inertia):
-    assert Payload(mass=1.0, inertia=inertia).mass == 1.0
+def test_limiting_cases_of_payload_inertia():
+    for inertia in ((1e-3, 1e-3, 2e-3, 0, 0, 0),  # a disc: the triangle inequality's border
+                    (0, 1e-3, 1e-3, 0, 0, 0),  # a rod
+                    (0, 0, 0, 0, 0, 0)):  # a point
+        assert Payload(mass=1.0, inertia=inertia).mass == 1.0
 
 
 def test_public_arrays_are_read_only(arm):
