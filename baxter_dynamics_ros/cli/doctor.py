@@ -90,7 +90,7 @@ def _network(master: Master, topic: str) -> Iterator[Check]:
     publishers, _ = master.system_state()
     nodes = {node for names in publishers.values() for node in names}
     yield Check('master', True, f'{len(publishers)} topics of {len(nodes)} nodes')
-    types = master.topic_types()
+    types = master.ask('getTopicTypes', parse=dict)
     if topic not in publishers:
         others = sorted(name for name in publishers if types.get(name) == TYPE)
         raise Ros1Error('topic', f'{topic} is not published',
@@ -125,9 +125,7 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
 
 def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
     """Yield the checks of the messages of some seconds."""
-    before = subscriber.sources(topic)
-    lost = -sum(source.lost for source in before)
-    for source in before:
+    for source in subscriber.sources(topic):
         source.close_period(1.0)
     begin = time.monotonic()
     time.sleep(_LOOK)
@@ -135,10 +133,10 @@ def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
     sources = subscriber.sources(topic)
     for source in sources:
         source.close_period(seconds)
-    lost += sum(source.lost for source in sources)
     yield Check('rate', any(source.rate > 0.0 for source in sources), ', '.join(
         f'{source.rate:.1f} Hz from {source.publisher}' for source in sources),
         'nothing has arrived: is the publisher stopped?')
+    lost = sum(source.lost for source in sources)
     yield Check('lost', not lost and not subscriber.malformed,
                 f'{lost} messages lost and {subscriber.malformed} malformed in {seconds:.0f} s',
                 'use a cable instead of wireless, and reduce the load of both machines')

@@ -42,18 +42,17 @@ def _checks(listener: Listener, topic: str) -> Iterator[Check]:
 
 def _publishers(listener: Listener, topic: str) -> Check:
     """Check that one node publishes the joint states."""
-    def named() -> bool:
-        publishers = listener.node.get_publishers_info_by_topic(topic)
-        return bool(publishers) and not any('UNKNOWN' in each.node_name for each in publishers)
-    listener.wait(named, _PATIENCE)
-    publishers = listener.node.get_publishers_info_by_topic(topic)
+    listener.wait(lambda: (found := listener.node.get_publishers_info_by_topic(topic)) and all(
+        'UNKNOWN' not in each.node_name for each in found), _PATIENCE)
+    publishers = [f'{each.node_name} ({each.qos_profile.reliability.name.lower()}, '
+                  f'{each.qos_profile.durability.name.lower()})'
+                  for each in listener.node.get_publishers_info_by_topic(topic)]
     if not publishers:
         return Check('ROS 2 topic', False, f'{topic} has no publisher',
                      'start joint_state_bridge, or another bridge, with the same ROS_DOMAIN_ID '
                      'and RMW_IMPLEMENTATION')
-    listed = ', '.join(f'{each.node_name} ({each.qos_profile.reliability.name.lower()}, '
-                       f'{each.qos_profile.durability.name.lower()})' for each in publishers)
-    return Check('ROS 2 topic', len(publishers) == 1, f'{topic} is published by {listed}',
+    return Check('ROS 2 topic', len(publishers) == 1,
+                 f'{topic} is published by {", ".join(publishers)}',
                  'joint states may arrive twice: stop all publishers but one')
 
 
@@ -68,14 +67,14 @@ def _residuals(listener: Listener, diagnostics: list[DiagnosticArray]) -> Iterat
                     'ros2 launch baxter_dynamics_ros torque_predictor.launch.xml')
     for name in found():
         residuals = listener.collect(JointState, name)
-        if not listener.wait(lambda: residuals, _PATIENCE):
+        if listener.wait(lambda: residuals, _PATIENCE):
+            listener.wait(lambda: False, _LOOK)
+            rms = np.sqrt(np.mean([from_field(each.effort) ** 2 for each in residuals], axis=0))
+            yield Check('residual', True, f'RMS on {name} [N m]: ' + ' '.join(
+                f'{joint} {value:.2f}' for joint, value in zip(JOINTS, rms)))
+        else:
             said = {status.name: status.message for array in diagnostics
                     for status in array.status
                     if 'torque_predictor' in status.name and status.level != status.OK}
             yield Check('residual', False, f'nothing arrives on {name}',
                         '; '.join(said.values()) or 'see the diagnostics of torque_predictor')
-            continue
-        listener.wait(lambda: False, _LOOK)
-        rms = np.sqrt(np.mean([from_field(each.effort) ** 2 for each in residuals], axis=0))
-        yield Check('residual', True, f'RMS on {name} [N m]: ' + ' '.join(
-            f'{joint} {value:.2f}' for joint, value in zip(JOINTS, rms)))

@@ -41,11 +41,6 @@ class Master:
             return {str(topic): list(map(str, nodes)) for topic, nodes in side}
         return self.ask('getSystemState', parse=lambda value: (names(value[0]), names(value[1])))
 
-    def topic_types(self) -> dict[str, str]:
-        """Return the type of each topic known to the master."""
-        return self.ask('getTopicTypes', parse=lambda value: {
-            str(topic): str(kind) for topic, kind in value})
-
     def ask(self, method: str, *arguments: str, parse: Callable[[Any], _Value]) -> _Value:
         """Call a method of the master and return its parsed value."""
         return call(self.address or resolve(self.host), self.port, 'master', parse, method,

@@ -57,7 +57,14 @@ class Stream:
         self._socket.sendall(encode_header({'callerid': caller_id, 'topic': topic, 'type': '*',
                                             'md5sum': '*', 'tcp_nodelay': '1'}))
         header = decode_header(self.read())
-        _check(topic, header)
+        if 'error' in header:
+            raise Ros1Error(
+                'publisher', f'the publisher refuses {topic} ({header["error"][:200]})',
+                "look at the publisher's log")
+        kind, md5sum = (header.get(key, '')[:100] or 'nothing' for key in ('type', 'md5sum'))
+        if (kind, md5sum) != (TYPE, MD5SUM):
+            raise Ros1Error('type', f'{topic} has the type {kind} with the checksum {md5sum}',
+                            f'choose a topic of {TYPE} with the checksum of ROS 1, {MD5SUM}')
         # From now on a read may wait, but only 4 s once the peer or the network has gone.
         self._socket.settimeout(None)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -159,19 +166,3 @@ def _block(data: bytes, at: int, size: int) -> tuple[bytes, int]:
     if end > len(data):
         raise Malformed(f'a field of {end - begin} bytes in {len(data)} bytes')
     return data[begin:end], end
-
-
-def _check(topic: str, header: dict[str, str]) -> None:
-    """Raise Ros1Error if the publisher refuses, or publishes another type."""
-    if 'error' in header:
-        raise Ros1Error(
-            'publisher', f'the publisher refuses {topic} ({header["error"][:200]})',
-            "look at the publisher's log")
-    kind, md5sum = header.get('type', ''), header.get('md5sum', '')
-    if kind != TYPE:
-        raise Ros1Error('type', f'{topic} has the type {kind[:100] or "nothing"}',
-                        f'choose a topic of {TYPE}')
-    if md5sum != MD5SUM:
-        raise Ros1Error('type', f'{topic} has the checksum {md5sum[:100] or "nothing"}',
-                        f"the publisher's definition of {TYPE} is not that of ROS 1 ({MD5SUM}): "
-                        'build the publisher against common_msgs')

@@ -218,7 +218,7 @@ XML = st.sampled_from(['<methodResponse>', '<params>', '<param>', '<value>', '<a
 def test_arbitrary_answers_are_reported_as_no_master(answering, body):
     answering.body = body
     with pytest.raises(Ros1Error) as error:
-        Master(f'http://127.0.0.1:{answering.server_address[1]}', '/test').topic_types()
+        Master(f'http://127.0.0.1:{answering.server_address[1]}', '/test').system_state()
     assert error.value.stage == 'master'
 
 
