@@ -126,14 +126,6 @@ def test_terms_that_predict_worse_are_given_up(monkeypatch):
     assert 'with coulomb' in notice.text
 
 
-def tremble():
-    """Return a recording of joints that hardly move."""
-    def motion(seed, t):
-        angle = 3.0 * t[:, None] + np.arange(7)
-        return CENTER + 0.01 * np.sin(angle), 0.03 * np.cos(angle), -0.09 * np.sin(angle)
-    return record(motion=motion)
-
-
 def still(noise):
     """Return a recording of an arm at rest with noise in its velocity [rad/s]."""
     random = np.random.default_rng(0)
@@ -155,8 +147,7 @@ def of_the_other_arm():
 REFUSED = {
     'no recordings': lambda: [],
     'too short': lambda: [record(duration=9.0)],
-    'no joint moves': lambda: [tremble()],
-    'no joint moves faster than 0.0': lambda: [still(0.1)],
+    'no joint moves faster than 0.0': lambda: [still(noise=0.1)],
     'measured effort is exactly zero': lambda: [with_effort(np.zeros_like)],
     'no measured effort': lambda: [with_effort(lambda effort: effort[:0])],
     'both arms': lambda: [record({'arm': side}, duration=1.0) for side in ('left', 'right')],

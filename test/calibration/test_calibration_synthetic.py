@@ -166,12 +166,6 @@ def test_links_are_found_as_far_as_the_motion_shows_them():
     assert (rms(left) < 1.2 * LEAST).all()
 
 
-def test_no_payload_is_found_in_an_empty_hand():
-    found = calibrate(recordings('friction'), payload=True, only=('bias', 'coulomb'))
-    mass = found.of_term('payload')[0]
-    assert abs(mass.value) < 3 * mass.deviation < 0.15
-
-
 def test_links_stay_possible_whatever_the_data_show():
     """A forearm of negative mass would explain these data best."""
     settings, rng = PredictorSettings(), np.random.default_rng(2)

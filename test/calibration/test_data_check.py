@@ -30,7 +30,6 @@ def dynamics(q, v):
 ALTERED = {
     'effort negated': (lambda q, v, e: (q, v, -e), 'effort_sign', 'e1', 'correlation -'),
     'effort doubled': (lambda q, v, e: (q, v, 2.0 * e), 'effort_scale', 'e1', 'e1 2.0'),
-    'effort in another unit': (lambda q, v, e: (q, v, 0.1 * e), 'effort_scale', 'e1', 'e1 0.1'),
     'efforts exchanged': (lambda q, v, e: (q, v, e[SWAPPED]), 'joints_exchanged', 'e1',
                           'efforts of e0, e1 look exchanged'),
     'joints exchanged': (lambda q, v, e: (q[SWAPPED], v[SWAPPED], e[SWAPPED]),
