@@ -113,15 +113,11 @@ class Page:
 
 
 class Calls:
-    """
-    Calls of a predictor's services and its calibration, one at a time, without waiting.
-
-    ``report`` receives progress from 0 to 1, and the answer.
-    """
+    """Calls of a predictor's services and its calibration, one at a time, without waiting."""
 
     def __init__(self, report: Callable[[str, float | None], None]) -> None:
         self._is_busy = False
-        self._report = report
+        self._report = report  # of a text, and progress from 0 to 1
         self._node = Node('panel_calls', enable_rosout=False, start_parameter_services=False)
         self._clients: dict[str, Any] = {}
         self._predictor = ''
@@ -218,8 +214,7 @@ def _residual(predictor: Predictor, now: float) -> str:
 
 def _diagnostics(predictor: Predictor, now: float) -> str:
     """Return the diagnostics as HTML, one sentence per status."""
-    return ''.join(_paragraph(f'<b>{escape(name)}</b> {escape(text)}',
-                              _LEVELS[min(level, len(_LEVELS) - 1)])
+    return ''.join(_paragraph(f'<b>{escape(name)}</b> {escape(text)}', _LEVELS[level])
                    for name, level, text in predictor.diagnostics(now)
                    ) or _paragraph('no diagnostics', _LEVELS[3])
 

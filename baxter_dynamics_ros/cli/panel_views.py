@@ -19,10 +19,11 @@ from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.effort import BAND
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS, mount, SIDES
+from ..model.joints import joint_names, JOINTS, mount, SIDES
 
 Color = tuple[int, int, int]
 
+_ARMS = [name for side in SIDES for name in joint_names(side)]
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'example-robot-data', 'robots', 'baxter_description')
 _TOUCHED, _FORCE = (255, 140, 0), (200, 30, 20)
 _CELL = 0.006  # [m]; the manufacturer's 400,000 triangles are slow to load and to draw
@@ -106,7 +107,7 @@ class Scene:
             rotation, below = SO3.from_matrix(pose[:3, :3]), f'{path}/{joint.child}'
             frame = self._scene.add_frame(below, show_axes=False, position=pose[:3, 3],
                                           wxyz=rotation.wxyz)
-            is_of_arm = joint.name.partition('_')[2] in JOINTS
+            is_of_arm = joint.name in _ARMS
             if is_of_arm:
                 self._joints[joint.name] = frame, rotation
             self._add_link(urdf, folder, joint.child, below, joint.name if is_of_arm else moved_by)

@@ -84,6 +84,7 @@ def test_shows_efforts_by_joint_name_with_rates_delay_and_diagnostics(predictor,
             PREDICTED[i] + RESIDUAL[i], PREDICTED[i], RESIDUAL[i], -RESIDUAL[i])]
     assert '/torque_predictor  right arm   no contact' in text and 'filter  OK  running' in text
     assert 'predictions 100.0 Hz, residuals 100.0 Hz, joint states 100.0 Hz, delay 59 ms' in text
+    assert '│██████      ±0.20' in text  # s0
     assert max(map(len, text.splitlines())) <= 80 and 'not ours' not in text
 
 
