@@ -55,7 +55,7 @@ class Predictor:
         elif topic == topics.CONTACT and message.data and not self.in_contact(now):
             self.contact_since = now
         elif topic == topics.JOINT_STATES and not any(
-                f'{self.side or None}_{JOINTS[0]}' in name for name in message.name):
+                f'{self.side}_{JOINTS[0]}' in name for name in message.name):
             return
         recent = self._recent[topic]
         recent.append((now, message))

@@ -21,7 +21,7 @@ from .monitor import Monitor, Predictor
 from .panel_views import Charts, force_of, Scene
 from .terminal import say
 from ..model.effort import BAND
-from ..model.joints import joint_names, JOINTS
+from ..model.joints import JOINTS
 from ..nodes import topics
 
 try:
@@ -92,9 +92,9 @@ class Page:
         state = predictor.newest(topics.JOINT_STATES, now)
         positions = dict(zip(state.name, state.position)) if state else {}
         self._scene.move(positions)
-        names = joint_names(predictor.side) if state else ()
-        if names and positions.keys() >= set(names):
-            self._scene.push(predictor.side, np.array([positions[name] for name in names]),
+        q = [positions.get(f'{predictor.side}_{joint}', math.nan) for joint in JOINTS]
+        if np.isfinite(q).all():
+            self._scene.push(predictor.side, np.array(q),
                              predictor.newest(topics.EXTERNAL_WRENCH, now))
 
     def _call(self, predictor: Predictor) -> None:

@@ -123,7 +123,8 @@ def _joint_table(predictor: Predictor, now: float) -> Table:
         band = BAND * deviation
         style = 'bold red' if abs(residual) > band else ''
         result.add_row(joint, _number(measured), _number(predicted),
-                       Text(_number(residual), style), Text(bar(residual, band), style or 'cyan', justify='left'),
+                       Text(_number(residual), style),
+                       Text(bar(residual, band), style or 'cyan', justify='left'),
                        '-' if math.isnan(band) else f'±{band:.2f}', _number(torque),
                        style='bold' if joint in touched else '')
     return result
