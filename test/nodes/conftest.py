@@ -1,6 +1,6 @@
 """Fixtures of the node tests: real processes, real DDS, in a domain of their own."""
 
-from contextlib import contextmanager, ExitStack
+from contextlib import ExitStack
 from itertools import cycle
 import json
 import os
@@ -63,6 +63,7 @@ class Robot(Node):
                 ('/torque_predictor/effort_residual', JointState, self.residual),
                 ('/diagnostics', DiagnosticArray, self.diagnostics)):
             self.create_subscription(kind, topic, kept.append, 1000)
+        self._predictor = self._key = None
         self.acts = False  # whether it has a client of an action
         self._own = {*self.subscriptions, *self.publishers}
 
@@ -100,6 +101,26 @@ class Robot(Node):
             if self.acts or any(True for _ in self.clients):
                 rclpy.spin_once(self, timeout_sec=0.0)
             time.sleep(min(left, 0.002))
+
+    def start_predictor(self, *arguments, **environment) -> NodeProcess:
+        """Return a running predictor: that of the test before, if it has the same arguments."""
+        key = arguments, environment
+        if self._predictor is None or self._predictor.exit_code is not None or key != self._key:
+            self.end_predictor()
+            self._key = key
+            self._predictor = NodeProcess('torque_predictor', [
+                '--ros-args', *LOSSLESS, *arguments], {**os.environ, **environment})
+            self.wait_for_node()
+        else:
+            self.call(Trigger, 'reset')
+        return self._predictor
+
+    def end_predictor(self):
+        """End the predictor, if there is one."""
+        if self._predictor is not None:
+            with self._predictor:
+                self._predictor = None
+            self.until(lambda: self.publisher.get_subscription_count() == 0)
 
     def wait_for_node(self):
         """Wait until the predictor is subscribed to and by us."""
@@ -169,34 +190,6 @@ class Robot(Node):
         return self.statuses(node)[-1]
 
 
-class SharedPredictor:
-    """The predictor of a file of tests; a test with the same arguments uses it after a reset."""
-
-    def __init__(self, robot):
-        self.robot = robot
-        self._process = self._key = None
-
-    def start(self, arguments, environment) -> NodeProcess:
-        """Return a predictor that knows no joint state yet."""
-        key = arguments, environment
-        if self._process is None or self._process.exit_code is not None or key != self._key:
-            self.end()
-            self._key = key
-            self._process = NodeProcess('torque_predictor', [
-                '--ros-args', *LOSSLESS, *arguments], {**os.environ, **environment})
-            self.robot.wait_for_node()
-        else:
-            self.robot.call(Trigger, 'reset')
-        return self._process
-
-    def end(self):
-        """End the predictor, if there is one."""
-        if self._process is not None:
-            with self._process:
-                self._process = None
-            self.robot.until(lambda: self.robot.publisher.get_subscription_count() == 0)
-
-
 @pytest.fixture(scope='session')
 def domain():
     """Keep this run's DDS traffic to itself, in this process and in its children."""
@@ -204,35 +197,22 @@ def domain():
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 
-@contextmanager
-def new_robot():
-    """Start a robot's node; end it at last."""
+@pytest.fixture(scope='module')
+def robot_of_file(domain):
+    """Return the ROS node that the tests of a file share."""
     rclpy.init(args=[])
     node = Robot()
     yield node
+    node.end_predictor()
     node.destroy_node()
     rclpy.try_shutdown()
 
 
-@pytest.fixture(scope='module')
-def share_nodes(domain):
-    """Share one robot and, among tests with the same arguments, one predictor in a file."""
-    with new_robot() as robot:
-        predictor = SharedPredictor(robot)
-        yield predictor
-        predictor.end()
-
-
 @pytest.fixture
-def robot(request, domain):
+def robot(robot_of_file):
     """Return the test's own ROS node."""
-    if 'share_nodes' in request.fixturenames:
-        shared = request.getfixturevalue('share_nodes').robot
-        shared.forget()
-        yield shared
-    else:
-        with new_robot() as own:
-            yield own
+    robot_of_file.forget()
+    return robot_of_file
 
 
 @pytest.fixture
@@ -240,8 +220,8 @@ def start(request, domain):
     """Return a function that starts an executable with ROS arguments; all end with the test."""
     with ExitStack() as stack:
         def start_(executable: str, *arguments, **environment) -> NodeProcess:
-            if executable == 'torque_predictor' and 'share_nodes' in request.fixturenames:
-                request.getfixturevalue('share_nodes').end()
+            if executable == 'torque_predictor' and 'robot' in request.fixturenames:
+                request.getfixturevalue('robot').end_predictor()
             arguments = ['--ros-args', *arguments] if arguments else []
             return stack.enter_context(
                 NodeProcess(executable, arguments, {**os.environ, **environment}))
@@ -273,15 +253,9 @@ def lossless():
 
 
 @pytest.fixture
-def start_predictor(request, robot, start):
-    """Return a function that starts the predictor, losing no message, until it listens."""
-    def start_(*arguments, **environment) -> NodeProcess:
-        if 'share_nodes' in request.fixturenames:
-            return request.getfixturevalue('share_nodes').start(arguments, environment)
-        process = start('torque_predictor', *LOSSLESS, *arguments, **environment)
-        robot.wait_for_node()
-        return process
-    return start_
+def start_predictor(robot):
+    """Return a function that returns a predictor that listens and knows no joint state yet."""
+    return robot.start_predictor
 
 
 @pytest.fixture

@@ -19,8 +19,6 @@ action = pytest.importorskip('baxter_dynamics_interfaces.action',
 pytest.importorskip('scipy', reason='calibration needs SciPy')
 pytest.importorskip('yaml', reason='parameter files need PyYAML')
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 SHARED = Path(__file__).resolve().parents[3] / 'shared'
 LEFT = ('-p', 'arm:=left')
 BEGIN = 1_700_000_000_000_000_000  # [ns]

@@ -16,8 +16,6 @@ from std_msgs.msg import Bool
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 PUSH = np.array([0.0, 0.0, -25.0])  # [N]
 LOAD = 1.0  # [kg]
 CENTER = [0.0, 0.02, 0.1]  # [m]

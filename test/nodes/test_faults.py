@@ -21,8 +21,6 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 PERIOD = 10_000_000  # [ns]
 SETTLING = 22  # joint states at 100 Hz for which the filter settles, at most
 LAG = 0.014  # of the velocity [s]

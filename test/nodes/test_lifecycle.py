@@ -14,8 +14,6 @@ from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 # Arguments with which each node subscribes to the joint states of the test.
 NODES = {'torque_predictor': [],
          'fake_baxter': ['-r', '~/joint_torque_command:=/robot/joint_states', '-r',

@@ -14,8 +14,6 @@ from rcl_interfaces.srv import (DescribeParameters, GetParameters, SetParameters
                                 SetParametersAtomically)
 from rclpy.parameter import Parameter, parameter_value_to_python
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 CONFIG = Path(__file__).parents[2] / 'config'
 START = 10 ** 18  # [ns]
 # Arguments with which the node must not start, and a part of the reason.

@@ -10,8 +10,6 @@ import pytest
 srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
                           reason='needs pip install ./baxter_dynamics_interfaces')
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 NAMES = joint_names('right')
 Q = np.array([0.3, -0.7, 0.2, 1.1, -0.3, 0.9, 0.4])
 QD = np.array([0.5, -0.4, 0.3, 0.6, -0.7, 0.2, 0.9])

@@ -13,8 +13,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 START = 10 ** 18
 OK, ERROR, STALE = b'\x00', b'\x02', b'\x03'
 DELAY = 0.014 + np.sqrt(2) / (2 * np.pi * 5)  # [s]

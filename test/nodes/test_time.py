@@ -12,8 +12,6 @@ import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 START = 10 ** 18  # [ns]
 DELAY = 0.014 + np.sqrt(2) / (2 * np.pi * 5)  # of predictions [s]
 

@@ -8,8 +8,6 @@ from rcl_interfaces.srv import GetParameters
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-pytestmark = pytest.mark.usefixtures('share_nodes')
-
 START = 10 ** 18  # [ns]
 OFFSET = [0.5, 34.0, -0.8, 0.3, 0.1, -0.2, 0.05]  # [N m]
 CROSSTALK = np.zeros((7, 7))
