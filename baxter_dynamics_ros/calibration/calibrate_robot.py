@@ -16,7 +16,7 @@ from ..estimation.settings import BaseSettings, EffortModelSettings, PredictorSe
 from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
 from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
-from ..recordings.notices import Notice
+from ..recordings.data_check import Notice
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import Lag
 

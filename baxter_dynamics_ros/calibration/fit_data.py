@@ -16,8 +16,7 @@ from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
-from ..recordings.data_check import check_samples, DataCheck, Samples
-from ..recordings.notices import Notice
+from ..recordings.data_check import check_samples, DataCheck, Notice, Samples
 from ..recordings.playback import play
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments

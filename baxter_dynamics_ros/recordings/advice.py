@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .data_check import Notice
 from .evaluation_results import Evaluation, Statistics
-from .notices import Notice
 from ..estimation.explanation import Explained
 from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Bools

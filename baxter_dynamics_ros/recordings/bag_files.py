@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import lru_cache
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +13,7 @@ from mcap.reader import NonSeekingReader, SeekingReader
 from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
+from rosbags.typesys import get_typestore
 import yaml
 import zstandard
 
@@ -19,6 +21,8 @@ from .recording import BagError
 
 _METADATA = 'metadata.yaml'
 _KILLED = ' (was the recorder killed?)'
+
+types = lru_cache(get_typestore)  # which takes 0.1 s
 
 
 class Channel(NamedTuple):

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .notices import Notice
 from .velocity_lag import Lag, lag_and_scale, TRAVEL
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
@@ -24,6 +23,21 @@ _BEARS_LOAD = np.arange(N_JOINTS) < 4  # a gripper multiplies the small torques 
 _MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
 _SAME = np.arange(N_JOINTS)
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A warning about a recording or a fit."""
+
+    kind: str  # such as 'effort_sign' or the value of an event
+    text: str  # one sentence with numbers and, if there is one, the remedy
+    joints: tuple[str, ...] = ()  # joints concerned; empty for all or none
+    recording: str = ''  # recording concerned; empty for all
+    refuses: bool = False  # whether a calibration must not use the data
+
+    def __str__(self) -> str:
+        """Return the text, preceded by the recording if there is one."""
+        return f'{self.recording}: {self.text}' if self.recording else self.text
 
 
 class Samples(NamedTuple):

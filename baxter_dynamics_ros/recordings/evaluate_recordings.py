@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
-from .data_check import check_samples, DataCheck, Samples
+from .data_check import check_samples, DataCheck, Notice, Samples
 from .evaluation_results import bands_of, Evaluation, METHODS, RunningStatistics, Statistics
-from .notices import Notice
 from .playback import Block, play, stamp_statistics, StampStatistics
 from .recording import Recording
 from ..estimation.events import Event

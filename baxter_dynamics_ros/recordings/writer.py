@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from rosbags.typesys import get_typestore, Stores
+from rosbags.typesys import Stores
 
+from .bag_files import types
 from .recording import BagError, JOINT_STATE, Recording
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
 from ..model.arrays import ArrayLike
 from ..model.joints import BASE_FRAME, joint_names
-
-_TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 
 class BagWriter:
@@ -37,17 +36,17 @@ class BagWriter:
 
         The time of recording, received_ns, is the stamp by default; frame is ``frame_id``.
         """
-        types = _TYPES.types
+        store = types(Stores.ROS2_JAZZY)
         try:
-            message = types[JOINT_STATE](
-                types['std_msgs/msg/Header'](
-                    types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame),
+            message = store.types[JOINT_STATE](
+                store.types['std_msgs/msg/Header'](
+                    store.types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame),
                 list(names), *(np.ascontiguousarray(array, dtype=float)
                                for array in (position, velocity, effort)))
-            raw = _TYPES.serialize_cdr(message, JOINT_STATE)
+            raw = store.serialize_cdr(message, JOINT_STATE)
             if topic not in self._connections:
                 self._connections[topic] = self._bag.add_connection(
-                    topic, JOINT_STATE, typestore=_TYPES)
+                    topic, JOINT_STATE, typestore=store)
             self._bag.write(self._connections[topic],
                             stamp_ns if received_ns is None else received_ns, raw)
         except (OverflowError, WriterError, struct.error) as error:
@@ -71,6 +70,11 @@ def new_bag(path: str | Path) -> Iterator[BagWriter]:
         _refuse_existing(path)  # it may have been created meanwhile
 
 
+def _refuse_existing(path: Path) -> None:
+    if os.path.lexists(path):
+        raise BagError(f'{path}: exists; choose a new folder or remove it first')
+
+
 def save_predictions(recording: Recording, settings: PredictorSettings, writer: BagWriter,
                      node: str) -> None:
     """Write the efforts, residuals and their deviations that a node would publish."""
@@ -89,8 +93,3 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
         for topic, at, values in found:
             writer.joint_state(f'{node}/{topic}', at.stamp_ns, names, at.q, at.qd, values,
                                state.received_ns, BASE_FRAME)
-
-
-def _refuse_existing(path: Path) -> None:
-    if os.path.lexists(path):
-        raise BagError(f'{path}: exists; choose a new folder or remove it first')

@@ -6,9 +6,9 @@ from baxter_dynamics_ros.calibration.calibration_results import (Calibration, Fi
                                                                  Selection)
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
+from baxter_dynamics_ros.recordings.data_check import Notice
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
                                                                Evaluation, METHODS, TERMS)
-from baxter_dynamics_ros.recordings.notices import Notice
 from baxter_dynamics_ros.recordings.velocity_lag import Lag
 import numpy as np
 import pytest
