@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .data_check import Notice
+from .data_check import names_of, Notice
 from .evaluation_results import Evaluation, Statistics
 from ..estimation.explanation import Explained
 from ..estimation.settings import EffortModelSettings, PredictorSettings
-from ..model.arrays import Bools
 from ..model.joints import JOINTS, N_JOINTS
 
 # Largest RMS residual of a calibrated Baxter on left-out recordings [N m].
@@ -83,14 +82,14 @@ def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: Predi
 
 
 def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
-    errors, expected = total.methods['lagrange_euler'], total.expected
-    beyond = np.zeros(N_JOINTS, bool) if expected is None else expected.coverage < _COVERED
-    if expected is not None and beyond.any():
-        shares = ', '.join(f'{100 * expected.coverage[i]:.0f} % at {JOINTS[i]}'
+    coverage = np.ones(N_JOINTS) if total.expected is None else total.expected.coverage
+    beyond = coverage < _COVERED
+    if beyond.any():
+        shares = ', '.join(f'{100 * coverage[i]:.0f} % at {JOINTS[i]}'
                            for i in np.flatnonzero(beyond))
         return Verdict('larger', 'The residual is larger than expected: instead of 95 %, only '
-                       f'{shares} lie within 1.96 expected deviations.', _names(beyond))
-    larger = errors.rms > 1.2 * CALIBRATED
+                       f'{shares} lie within 1.96 expected deviations.', names_of(beyond))
+    larger = total.methods['lagrange_euler'].rms > 1.2 * CALIBRATED
     if not larger.any():
         return Verdict('calibrated', 'The residual is as small as that of a calibrated Baxter.')
     if settings.effort_model.deviation != EffortModelSettings.deviation:
@@ -98,8 +97,8 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
                        'expect.')
     return Verdict('uncalibrated', 'The residual is that of a Baxter before calibration: larger '
                    'than after calibration at '
-                   f'{"every joint" if larger.all() else ", ".join(_names(larger))}.',
-                   _names(larger))
+                   f'{"every joint" if larger.all() else ", ".join(names_of(larger))}.',
+                   names_of(larger))
 
 
 def _corrections(problems: list[Notice], evaluate: str) -> Iterator[Advice]:
@@ -153,7 +152,3 @@ def _config(name: str) -> Path:
                Path(sys.prefix) / 'share' / 'baxter_dynamics_ros' / 'config']
     return next((folder / name for folder in folders if (folder / name).is_file()),
                 Path('config') / name)
-
-
-def _names(where: Bools) -> tuple[str, ...]:
-    return tuple(JOINTS[i] for i in np.flatnonzero(where))

@@ -183,7 +183,7 @@ def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
     for rule in (_exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs):
         kind, where, text = rule(data, check)
         if where.any():
-            yield Notice(kind, text, _names(where), refuses=kind != 'springs')
+            yield Notice(kind, text, names_of(where), refuses=kind != 'springs')
             break
     if lag is not None and abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty):
         yield Notice('velocity_lag', f'velocities lag positions by {1e3 * lag.value:.1f} ± '
@@ -207,8 +207,8 @@ def _exchanged(data: _Data, check: DataCheck) -> _Found:
         best, exchanged = _exchanged_joints(data, float(np.trace(cost))), 'joints'
     where = best != _SAME
     fits = ', '.join(f'{JOINTS[i]} fits {JOINTS[best[i]]}' for i in np.flatnonzero(where))
-    return ('joints_exchanged', where, f'{exchanged} of {", ".join(_names(where))} look exchanged '
-            f'({fits}): check the order of the names')
+    return ('joints_exchanged', where, f'{exchanged} of {", ".join(names_of(where))} look '
+            f'exchanged ({fits}): check the order of the names')
 
 
 def _exchanged_joints(data: _Data, cost: float) -> Any:
@@ -278,7 +278,8 @@ def _springs(data: _Data, check: DataCheck) -> _Found:
             'enable effort_model')
 
 
-def _names(where: Bools) -> tuple[str, ...]:
+def names_of(where: Bools) -> tuple[str, ...]:
+    """Return the joints at which an array (7,) is true."""
     return tuple(JOINTS[i] for i in np.flatnonzero(where))
 
 

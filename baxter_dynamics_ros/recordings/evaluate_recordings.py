@@ -30,7 +30,7 @@ class Evaluator:
     """
     Evaluates recordings one after another, and all of them together.
 
-    The arm is that of each recording. An hour at 100 Hz takes 0.4 GB of memory, until its end.
+    The arm is that of each recording. An hour at 100 Hz takes 0.6 GB of memory, until its end.
     """
 
     def __init__(self, settings: PredictorSettings) -> None:

@@ -80,7 +80,6 @@ class BagRecording:
         except BaseException:
             self._files.close()
             raise
-        self.count = sum(channel.count for channel in self._channels(self.topic))
         return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
@@ -92,7 +91,7 @@ class BagRecording:
         return self._play(self.topic)
 
     def _choose(self, topic: 'str | None', arm: 'str | None') -> None:
-        """Set topic and arm."""
+        """Set topic, arm and count."""
         candidates = sorted({channel.topic for channel in self._files.channels
                              if topic in (None, channel.topic) and _is_readable(channel)})
         if not candidates:
@@ -107,10 +106,11 @@ class BagRecording:
             raise BagError(f"{self.path}: several topics have an arm's joints: choose {options}")
         self.topic = USUAL_TOPIC if USUAL_TOPIC in fitting else (fitting or candidates)[0]
         self.arm = choose_arm(f'{self.path}: {self.topic}', names[self.topic], arm)
+        self.count = self._count(self.topic)
 
-    def _channels(self, topic: str) -> list[Channel]:
-        return [channel for channel in self._files.channels
-                if channel.topic == topic and _is_readable(channel)]
+    def _count(self, topic: str) -> int:
+        return sum(channel.count for channel in self._files.channels
+                   if channel.topic == topic and _is_readable(channel))
 
     def _joints(self, topic: str, arm: 'str | None') -> set[str]:
         """Return joints on a topic: of the first messages, and until there are an arm's."""
@@ -122,7 +122,7 @@ class BagRecording:
         return names
 
     def _play(self, topic: str) -> Iterator[JointState]:
-        missing = sum(channel.count for channel in self._channels(topic))
+        missing = self._count(topic)
         try:
             for channel, received_ns, raw in self._files.messages(topic):
                 if _is_readable(channel):

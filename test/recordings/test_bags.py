@@ -53,7 +53,7 @@ def assert_played(recording, messages):
     ('ros1', None), ('ros1', 'LZ4'), ('ros1', 'BZ2')])
 def test_plays_what_was_recorded(make_bag, kind, compression):
     others = [('/talk', received_ns, 'hello') for _, received_ns, _ in STATES]
-    path = make_bag(others + STATES, kind, 'morning.run', compression)
+    path = make_bag(others + STATES[::-1], kind, 'morning.run', compression)
     with BagRecording(path) as recording:
         assert (recording.path, recording.name) == (path, 'morning.run')
         assert (recording.topic, recording.arm) == (TOPIC, 'right')
@@ -66,13 +66,6 @@ def test_one_file_of_a_folder(make_bag, monkeypatch, kind, ending):
     monkeypatch.chdir(make_bag(STATES, kind))
     with BagRecording(Path(f'run{ending}')) as recording:
         assert recording.name == 'run'
-        assert_played(recording, STATES)
-
-
-@pytest.mark.parametrize('kind', KINDS)
-def test_messages_come_in_the_order_of_receipt(make_bag, rng, kind):
-    mixed = [STATES[i] for i in rng.permutation(40)]
-    with BagRecording(make_bag(mixed, kind)) as recording:
         assert_played(recording, STATES)
 
 

@@ -104,21 +104,16 @@ def test_bad_files_are_refused_in_a_line_within_a_second(tmp_path, text, problem
     assert time.process_time() - start < 1.0
 
 
-def test_only_regular_files_are_read(tmp_path, closed):
+def test_only_readable_regular_files_are_read(tmp_path, closed):
     os.mkfifo(tmp_path / 'pipe')
-    for path in (tmp_path / 'pipe', tmp_path, '/dev/zero'):
-        with pytest.raises(BaxterDynamicsError, match=f'^{path}: is not a file$'):
-            read_parameters(path)
-    with open(tmp_path / 'large', 'wb') as file:
-        file.truncate(5 << 30)
-    with pytest.raises(BaxterDynamicsError, match='5368709120 bytes is too large'):
-        read_parameters(tmp_path / 'large')
-    with pytest.raises(BaxterDynamicsError, match='none.yaml: cannot be read .No such file'):
-        read_parameters(tmp_path / 'none.yaml')
     (tmp_path / 'small').write_text('')
     with closed(tmp_path / 'small'):
-        with pytest.raises(BaxterDynamicsError, match='Permission denied'):
-            read_parameters(tmp_path / 'small')
+        for path, reason in {tmp_path / 'pipe': 'is not a file', tmp_path: 'is not a file',
+                             '/dev/zero': 'is not a file',
+                             tmp_path / 'none': 'cannot be read .No such file',
+                             tmp_path / 'small': 'cannot be read .Permission denied'}.items():
+            with pytest.raises(BaxterDynamicsError, match=f'^{path}: {reason}'):
+                read_parameters(path)
 
 
 def test_ignored_parameters_are_reported(tmp_path):
