@@ -22,7 +22,7 @@ from .recording import BagError
 _METADATA = 'metadata.yaml'
 _KILLED = ' (was the recorder killed?)'
 
-types = lru_cache(get_typestore)  # which takes 0.1 s
+type_store = lru_cache(get_typestore)  # which takes 0.1 s
 
 
 class Channel(NamedTuple):

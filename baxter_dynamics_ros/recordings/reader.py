@@ -10,7 +10,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores
 
-from .bag_files import bag_error, BagFiles, Channel, types
+from .bag_files import bag_error, BagFiles, Channel, type_store
 from .recording import (BagError, choose_arm, JOINT_STATE, JointState, listed, sides_of,
                         USUAL_TOPIC)
 from ..model.arrays import Array
@@ -151,10 +151,11 @@ def _is_readable(channel: Channel) -> bool:
 
 def _decode(encoding: str, raw: bytes) -> Any:
     if encoding == 'ros1':
-        return types(Stores.ROS1_NOETIC).deserialize_ros1(raw, JOINT_STATE)
+        return type_store(Stores.ROS1_NOETIC).deserialize_ros1(raw, JOINT_STATE)
+    decode = type_store(Stores.ROS2_JAZZY).deserialize_cdr
     for padding in _PADDING:
         try:
-            return types(Stores.ROS2_JAZZY).deserialize_cdr(raw[:len(raw) - padding], JOINT_STATE)
+            return decode(raw[:len(raw) - padding], JOINT_STATE)
         except SerdeError as error:  # a message of another length
             problem = error
     raise problem
@@ -164,7 +165,6 @@ def _decode(encoding: str, raw: bytes) -> Any:
 class ArrayRecording:
     """One recording of an array file; behaves like :class:`BagRecording`."""
 
-    path: Path
     name: str
     arm: str
     count: int
@@ -210,7 +210,7 @@ def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
         rows = np.flatnonzero(owner == index)
         arrays = tuple(np.ascontiguousarray(contents[key][rows], float) for key in _ARRAYS)
         recordings.append(ArrayRecording(
-            path, name, choose_arm(f'{path}: {name}', set(joints), arm), len(rows), joints,
+            name, choose_arm(f'{path}: {name}', set(joints), arm), len(rows), joints,
             _stamps_ns(contents, rows), arrays))
     return recordings
 

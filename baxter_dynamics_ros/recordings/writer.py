@@ -11,7 +11,7 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores
 
-from .bag_files import types
+from .bag_files import type_store
 from .recording import BagError, JOINT_STATE, Recording
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
@@ -36,7 +36,7 @@ class BagWriter:
 
         The time of recording, received_ns, is the stamp by default; frame is ``frame_id``.
         """
-        store = types(Stores.ROS2_JAZZY)
+        store = type_store(Stores.ROS2_JAZZY)
         try:
             message = store.types[JOINT_STATE](
                 store.types['std_msgs/msg/Header'](

@@ -2,7 +2,6 @@
 
 from itertools import islice
 from pathlib import Path
-import sqlite3
 
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -92,25 +91,6 @@ def test_all_publishers_of_a_ros1_topic_are_read(make_bag, tmp_path):
             two.write(publishers[message[2][1]], received_ns, raw)
     with BagRecording(tmp_path / 'two.bag') as recording:
         assert_played(recording, messages)
-
-
-def test_bags_without_message_definitions_are_read(make_bag, tmp_path):
-    """As recorded by Foxy: neither definitions nor hashes."""
-    path = make_bag(STATES, 'sqlite3', 'new')
-    old = tmp_path / 'old'
-    old.mkdir()
-    with sqlite3.connect(old / 'old_0.db3') as database:
-        database.executescript(f"""
-            ATTACH '{path / 'new.db3'}' AS new;
-            CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT,
-                                serialization_format TEXT, offered_qos_profiles TEXT);
-            INSERT INTO topics SELECT id, name, type, serialization_format, '' FROM new.topics;
-            CREATE TABLE messages AS SELECT * FROM new.messages""")
-    database.close()
-    (old / 'metadata.yaml').write_text(
-        'rosbag2_bagfile_information: {version: 4, relative_file_paths: [old_0.db3]}')
-    with BagRecording(old) as recording:
-        assert_played(recording, STATES)
 
 
 @pytest.mark.parametrize('topics, topic, arm, wanted', [

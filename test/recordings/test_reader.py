@@ -45,13 +45,11 @@ def assert_rows(recording, contents, rows, stamps_ns):
 
 
 def test_npz_with_several_recordings(contents, save):
-    path = save(contents)
-    recordings = open_recordings([path])
+    recordings = open_recordings([save(contents)])
     assert [recording.name for recording in recordings] == ['spiral', 'nothing', 'random']
     for recording, rows in zip(recordings, [slice(0, 5), slice(0, 0), slice(5, 8)]):
         with recording:
-            assert (recording.path, recording.arm, recording.topic) == (
-                path, 'left', '/robot/joint_states')
+            assert (recording.arm, recording.topic) == ('left', '/robot/joint_states')
             assert_rows(recording, contents, rows, 10**18 + 10_000_000 * np.arange(
                 rows.stop - rows.start))
 
@@ -107,7 +105,6 @@ def assert_refused(path, reason, **options):
 
 @pytest.mark.parametrize('changes, reason', [
     ({'period': 0.0}, 'period must be a number of seconds up to 1, is 0.0'),
-    ({'period': np.nan}, 'period must be a number'), ({'period': [0.1, 0.1]}, 'period must be'),
     ({'period': 1e300}, r'period must be a number of seconds up to 1, is 1e\+300'),
     ({'effort': None}, 'cannot be read as .npz; is it complete?'),
     ({'effort': np.zeros((7, 7))}, r'effort must have 8 rows of 7 numbers .*\(7, 7\)$'),
@@ -118,7 +115,6 @@ def assert_refused(path, reason, **options):
      '3 of 8 rows belong to recording 3, but recording_names has 3 names'),
     ({'recording': np.zeros(8)}, 'recording must have 8 integers, is float64'),
     ({'stamp': np.full(8, np.inf)}, 'stamp must have 8 numbers of seconds'),
-    ({'stamp': np.zeros(3)}, 'stamp must have 8 numbers of seconds'),
 ], ids=str)
 def test_npz_faults(contents, save, changes, reason):
     assert_refused(save(contents | changes), reason)

@@ -53,6 +53,8 @@ def test_existing_paths_are_refused(tmp_path, make, meanwhile):
             make(path)
     assert [left.name for left in tmp_path.iterdir()] == ['new']
     assert not (path / 'metadata.yaml').exists()
+    with pytest.raises(BaxterDynamicsError, match=f'none/new: no folder {tmp_path}/none$'):
+        new_bag(tmp_path / 'none' / 'new').__enter__()
 
 
 def _fill_disk(writer):
@@ -77,8 +79,3 @@ def test_failures_leave_nothing(tmp_path, write, reason):
             writer.joint_state('/b', *STATE)
             write(writer)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_missing_parents_are_refused(tmp_path):
-    with pytest.raises(BaxterDynamicsError, match=f'none/new: no folder {tmp_path}/none$'):
-        new_bag(tmp_path / 'none' / 'new').__enter__()
