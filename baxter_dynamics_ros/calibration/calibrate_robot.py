@@ -40,24 +40,17 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     settings, motions, lag, notices = _measured(recordings, settings, progress)
     by_time = len(motions) == 1
     if by_time:
-        edges = np.linspace(0, len(motions[0]), _PARTS + 1).astype(int)
-        motions = [motions[0].take(slice(*pair), f'{motions[0].name}, part {k + 1}')
-                   for k, pair in enumerate(zip(edges, edges[1:]))]
-        notices.append(Notice('by_time', f'one recording: judged on each of {_PARTS} parts of it, '
-                              'fitted to the others. A motion that repeats lap after lap makes '
-                              'this look better than it is: record another'))
-    asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
+        motions = _split(motions[0], notices)
     s1 = np.concatenate([motion.q[:, S1] for motion in motions])
     low, high = np.quantile(s1, [0.002, 0.998]).tolist()  # without outliers
+    asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
     terms = _terms(settings, (low, high), only, asked, notices)
     progress('fitting')
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
-    _, _, found = choose(Problem(settings, terms, motions), wanted)
-    contacts = [contact for motion in motions for contact in find_contacts(
-        motion.time, residual(motion, found), motion.q, motion.name)]
-    free = _without(contacts, motions, notices)
-    problem = Problem(settings, terms, _robust(free, found))
+    _, _, preliminary = choose(Problem(settings, terms, motions), wanted)
+    free, contacts = _without_contact(motions, preliminary, notices)
+    problem = Problem(settings, terms, _robust(free, preliminary))
     steps, unidentifiable, _ = choose(problem, wanted)
     progress('judging on what was left out')
     fit, last = best_fit(problem, steps)
@@ -68,11 +61,9 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
                   one, with_contact=rms(residual(motion, problem.updated(b))))
               for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
-        arm=settings.arm, before=settings, after=fit.settings, parameters=parameters,
-        steps=steps[:last + 1], judged=judged, by_time=by_time, lag=lag,
-        contacts=[] if free is motions else contacts, notices=tuple(notices),
-        samples=sum(map(len, free)), duration=sum(motion.duration for motion in free),
-        s1_range=(low, high))
+        settings.arm, settings, fit.settings, parameters, steps[:last + 1], judged, by_time, lag,
+        contacts, tuple(notices), samples=sum(map(len, free)),
+        duration=sum(motion.duration for motion in free), s1_range=(low, high))
 
 
 def _starting_point(given: PredictorSettings,
@@ -119,6 +110,16 @@ def _measured(
     return settings, long_enough(motions), lag, notices
 
 
+def _split(motion: Motion, notices: list[Notice]) -> list[Motion]:
+    """Return the parts of a single motion that are left out in turn; add a notice."""
+    notices.append(Notice('by_time', f'one recording: judged on each of {_PARTS} parts of it, '
+                          'fitted to the others. A motion that repeats lap after lap makes this '
+                          'look better than it is: record another'))
+    edges = np.linspace(0, len(motion), _PARTS + 1).astype(int)
+    return [motion.take(slice(*pair), f'{motion.name}, part {k + 1}')
+            for k, pair in enumerate(zip(edges, edges[1:]))]
+
+
 def sweeps(low: float, high: float, model: EffortModelSettings) -> bool:
     """Return whether the range of s1 [rad] covers enough of the spring's range."""
     lower, upper = model.spring_range
@@ -145,15 +146,16 @@ def _terms(settings: PredictorSettings, sweep: tuple[float, float], only: Collec
     return [term for term in terms if term.name in wanted]
 
 
-def _without(contacts: list[Contact], motions: list[Motion],
-             notices: list[Notice]) -> list[Motion]:
-    """Return the motions without contact, or unchanged if too much looks like contact."""
+def _without_contact(motions: list[Motion], settings: PredictorSettings, notices: list[Notice]
+                     ) -> tuple[list[Motion], list[Contact]]:
+    """Return the motions without contact, and the contacts unless too much looks like contact."""
+    contacts = [contact for motion in motions for contact in find_contacts(
+        motion.time, residual(motion, settings), motion.q, motion.name)]
     if not contacts:
-        return motions
-    free = []
-    for motion in motions:
-        own = [contact for contact in contacts if contact.recording == motion.name]
-        free.append(motion.take(~contact_rows(motion.time, own)) if own else motion)
+        return motions, []
+    free = [motion.take(~contact_rows(motion.time, [
+        contact for contact in contacts if contact.recording == motion.name]))
+        for motion in motions]
     left = sum(map(len, free)) / sum(map(len, motions))
     joints = tuple(sorted({contact.joint for contact in contacts}, key=JOINTS.index))
     if left < 1.0 - MOST or not all(motion.duration > 0.0 for motion in free):
@@ -161,10 +163,10 @@ def _without(contacts: list[Contact], motions: list[Motion],
             'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
             f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact. '
             'Does the hand carry a load (--payload)?', joints))
-        return motions
+        return motions, []
     notices.append(Notice('contact', 'contact is left out of the fit: '
                           + '; '.join(map(str, contacts)), joints))
-    return free
+    return free, contacts
 
 
 def _robust(motions: list[Motion], settings: PredictorSettings) -> list[Motion]:

@@ -5,7 +5,7 @@ Calibration beside a running node: progress of the motion, and the fit in a proc
 the fields of :class:`Result` as JSON. Only the process needs SciPy.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import json
 import os
 from pathlib import Path
@@ -25,6 +25,7 @@ COMMAND = (sys.executable, '-m', 'baxter_dynamics_ros.calibration.live')
 ENVIRONMENT = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
 
 _NICE = 10
+_COLUMNS = 'stamp', 'received', 'position', 'velocity', 'effort'  # of an input file
 _STEP = 0.2  # time between the positions that are compared, long for their quantisation [s]
 _DURATION = 20.0  # for which acceleration must last [s]
 
@@ -78,20 +79,19 @@ class Result(NamedTuple):
     notices: list[str] = []  # warnings about data and fit
 
 
-def write_input(path: Path, names: list[str], stamps_ns: list[int], received_ns: list[int],
-                arrays: tuple[Array, Array, Array], settings: PredictorSettings,
-                inertial: bool = False, payload: bool = False) -> None:
+def write_input(path: Path, names: list[str], rows: Sequence[tuple[Any, ...]],
+                settings: PredictorSettings, inertial: bool = False, payload: bool = False
+                ) -> None:
     """
-    Write n joint states of one arm, the settings to begin with, and whether to fit the bodies.
+    Write joint states of one arm, the settings to begin with, and what to fit on request.
 
-    The arrays are position [rad], velocity [rad/s] and effort [N m], (n, j) for j names, NaN where
-    missing.
+    A row has stamp and time of receipt [ns], position [rad], velocity [rad/s] and effort [N m] in
+    the order of the names, NaN where missing.
     """
-    position, velocity, effort = arrays
     request = {'names': names, 'values': settings.parameters(), 'inertial': inertial,
                'payload': payload}
-    np.savez(path, stamp=stamps_ns, received=received_ns, position=position, velocity=velocity,
-             effort=effort, request=json.dumps(request))
+    columns: dict[str, Any] = dict(zip(_COLUMNS, zip(*rows)))
+    np.savez(path, request=json.dumps(request), **columns)
 
 
 def read_result(path: Path) -> Result:
@@ -104,12 +104,11 @@ class _Recording:
 
     name, topic = 'the recording', ''
 
-    def __init__(self, contents: Any, names: list[str], arm: str) -> None:
-        stamps, received = (contents[key].tolist() for key in ('stamp', 'received'))
-        arrays = (contents[key] for key in ('position', 'velocity', 'effort'))
-        self._states = [JointState(stamp, names, q, qd, effort, time)
-                        for stamp, time, q, qd, effort in zip(stamps, received, *arrays)]
-        self.arm, self.count = arm, len(stamps)
+    def __init__(self, file: Any, names: list[str], arm: str) -> None:
+        self._states = [
+            JointState(stamp.item(), names, q, qd, effort, received.item())
+            for stamp, received, q, qd, effort in zip(*(file[name] for name in _COLUMNS))]
+        self.arm, self.count = arm, len(self._states)
 
     def __iter__(self) -> Iterator[JointState]:
         return iter(self._states)
@@ -118,10 +117,10 @@ class _Recording:
 def run(path: Path) -> Result:
     """Return the calibration to the joint states of an input file."""
     from .calibrate_robot import calibrate
-    with np.load(path) as contents:
-        request = json.loads(str(contents['request']))
+    with np.load(path) as file:
+        request = json.loads(str(file['request']))
         settings = PredictorSettings.from_parameters(request['values'])
-        recording = _Recording(contents, request['names'], settings.arm)
+        recording = _Recording(file, request['names'], settings.arm)
     try:
         found = calibrate([recording], settings, request['inertial'], request['payload'])
     except BaxterDynamicsError as error:

@@ -155,9 +155,7 @@ class CalibrateAction(WaitingRequest):
         goal = handle.request
         with TemporaryDirectory(prefix='baxter_calibration_') as folder:
             given, found, log = (Path(folder) / name for name in ('in.npz', 'out.json', 'log'))
-            _, stamps, received, *arrays = zip(*self._rows)
-            write_input(given, self._names, list(stamps), list(received),
-                        (np.array(arrays[0]), np.array(arrays[1]), np.array(arrays[2])),
+            write_input(given, self._names, [row[1:] for row in self._rows],
                         PredictorSettings.from_parameters(self._values), goal.inertial,
                         goal.payload)
             with open(log, 'w') as output:

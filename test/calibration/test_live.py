@@ -15,9 +15,8 @@ import pytest
 
 def written(path, recording):
     """Write the joint states of a recording as the input of the process; return its path."""
-    stamps, (names, *_), *arrays, received = zip(*recording.states)
-    write_input(path, list(names), stamps, received, tuple(map(np.array, arrays)),
-                PredictorSettings())
+    rows = [(stamp, received, *arrays) for stamp, _, *arrays, received in recording.states]
+    write_input(path, list(recording.states[0][1]), rows, PredictorSettings())
     return path
 
 
