@@ -1,11 +1,13 @@
-"""The examples run, print what the documentation shows, and their numbers obey the laws."""
+"""Examples and notebook run, print what is shown, and their numbers obey the laws."""
 
 from contextlib import redirect_stdout
 from functools import cache
 import io
+import json
 from pathlib import Path
 import re
 from runpy import run_path
+import warnings
 
 from baxter_dynamics_ros import BaxterArm, JOINTS, mount
 import numpy as np
@@ -18,6 +20,7 @@ NUMERICAL = sorted(path.stem for path in (REPOSITORY / 'examples').glob('*.py')
 PAGES = '\n'.join(path.read_text(encoding='utf-8') for path in REPOSITORY.glob('docs/*.md'))
 NUMBER = re.compile(r'(?<![\w.^/])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?')
 ROUNDING = 1e-5  # numbers below it are rounding errors, which no two machines share
+NOTEBOOK = json.loads((REPOSITORY / 'examples' / 'baxter_arm.ipynb').read_text('utf-8'))
 
 
 @cache
@@ -28,6 +31,14 @@ def output(name):
     with redirect_stdout(io.StringIO()) as printed:
         run_path(REPOSITORY / 'examples' / f'{name}.py', run_name='__main__')
     return printed.getvalue()
+
+
+def assert_same(shown, printed):
+    """Assert that two outputs have the same words, and numbers within their rounding."""
+    assert NUMBER.sub('0', shown).split() == NUMBER.sub('0', printed).split()
+    expected, actual = np.abs(numbers(shown)), np.abs(numbers(printed))  # axes have any sign
+    noise = (expected < ROUNDING) & (actual < ROUNDING)
+    np.testing.assert_allclose(actual[~noise], expected[~noise], rtol=0.02, atol=0.002)
 
 
 def numbers(text):
@@ -46,10 +57,23 @@ def test_an_example_prints_what_the_documentation_shows(name):
     printed = output(name)
     for shown in re.findall(rf'```bash\npython examples/{name}.py\n```\n+```text\n(.*?)```', PAGES,
                             re.DOTALL):
-        assert NUMBER.sub('0', shown).split() == NUMBER.sub('0', printed).split()
-        expected, actual = np.abs(numbers(shown)), np.abs(numbers(printed))  # axes have any sign
-        noise = (expected < ROUNDING) & (actual < ROUNDING)
-        np.testing.assert_allclose(actual[~noise], expected[~noise], rtol=0.02, atol=0.002)
+        assert_same(shown, printed)
+
+
+def test_the_notebook_prints_its_stored_output_and_has_its_figures(monkeypatch):
+    pytest.importorskip('matplotlib', reason='needs matplotlib: pip install ".[demo]"')
+    monkeypatch.setenv('MPLBACKEND', 'Agg')
+    names = {}
+    for cell in NOTEBOOK['cells']:
+        if cell['cell_type'] == 'code':
+            source, stored = ''.join(cell['source']), cell['outputs']
+            with redirect_stdout(io.StringIO()) as printed, warnings.catch_warnings():
+                warnings.simplefilter('ignore')  # Agg shows no figure
+                exec(source, names)
+            assert_same(''.join(''.join(output['text']) for output in stored
+                                if output['output_type'] == 'stream'), printed.getvalue())
+            assert source.count('plt.show()') == sum(
+                output['output_type'] == 'display_data' for output in stored)
 
 
 def test_computed_torque_follows_an_arm_whose_friction_it_knows():

@@ -6,20 +6,17 @@ from matplotlib.ticker import LogLocator, NullLocator
 import numpy as np
 
 from .calibration_tables import kind, term_name, unit_name
-from .drawing import (ALERT, FAINT, frame, INK, legend, MEASURED, MODEL, panels, Picture, SHADE,
+from .drawing import (frame, legend, MEASURED as BEFORE, MODEL as AFTER, panels, Picture, SHADE,
                       svg, zero_line)
-from .page import change
 from ..calibration.calibration_results import Calibration
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, S1
 
-BEFORE, AFTER = MEASURED, MODEL
 _RING: dict[str, Any] = {'marker': 'o', 'linestyle': '', 'color': 'white',
                          'markeredgecolor': BEFORE, 'markeredgewidth': 1.7, 'markersize': 7.0}
 _EACH = '#6f9bc4'  # single recordings
 _SMALLER, _LARGER = '#bcd9ee', '#f0b79b'
-_WORSE = 1.005  # ratio of the residuals from which the change is shown in the alert color
 _SMALLEST = 1e-3  # lower end of the logarithmic scale [N m]
 # Terms of one parameter per joint, which is zero without the effect.
 _PER_JOINT = ('bias', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness')
@@ -31,7 +28,7 @@ def gain_picture(calibration: Calibration) -> Picture:
                      for rms in (calibration.rms_before, calibration.rms_after))
     each = np.maximum([judged.after for judged in calibration.judged], _SMALLEST)  # (n, 7)
     rows = np.arange(N_JOINTS)
-    figure, (axis,) = panels((2.2,), left=0.34, right=0.62)
+    figure, (axis,) = panels((2.2,), left=0.34)
     axis.set_xscale('log')
     axis.barh(rows, after - before, left=before, height=0.12,
               color=np.where(after <= before, _SMALLER, _LARGER))
@@ -39,10 +36,6 @@ def gain_picture(calibration: Calibration) -> Picture:
     axis.plot(after, rows, 'o', color=AFTER, markersize=7, label='after')
     axis.plot(each.ravel(), np.tile(rows, len(each)), '|', color=_EACH, markersize=8,
               label=f'after, each {kind(calibration)}', zorder=1.9)
-    for i in range(N_JOINTS):
-        axis.text(1.02, i, change(before[i], after[i]), va='center',
-                  transform=axis.get_yaxis_transform(),
-                  color=INK if after[i] <= _WORSE * before[i] else ALERT)
     low, high = min(before.min(), each.min()), max(before.max(), each.max())
     middle = np.sqrt(low * high)
     axis.set_xlim(min(0.8 * low, middle / 3), max(1.25 * high, 3 * middle))
@@ -71,11 +64,6 @@ def parameters_picture(calibration: Calibration) -> 'Picture | None':
         axis.errorbar(joints, [one.value for one in fitted],
                       yerr=[one.deviation for one in fitted], fmt='o', color=AFTER,
                       markersize=5.0, elinewidth=1.4, capsize=3.5, label='after, ± deviation')
-        values = getattr(calibration.after.effort_model, term)
-        kept = [i for i in range(N_JOINTS) if i not in joints]
-        if kept:
-            axis.plot(kept, [values[i] for i in kept], 'x', color=FAINT, markersize=5.0,
-                      label='not fitted')
         zero_line(axis)
         axis.grid(axis='x', visible=False)
         axis.margins(y=0.12)

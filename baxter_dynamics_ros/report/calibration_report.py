@@ -59,21 +59,6 @@ def _gain(calibration: Calibration) -> str:
     return f'On {kind(calibration)}s left out of the fit, the residual is {text}.'
 
 
-def _remaining(calibration: Calibration) -> str:
-    after = calibration.rms_after
-    most = int(after.argmax())
-    return (f'{JOINTS[most]} has the largest residual, {torque(after[most])} RMS; it was '
-            f'{torque(calibration.rms_before[most])}.')
-
-
-def _best_terms(calibration: Calibration) -> 'str | None':
-    rms = np.maximum([step.rms for step in calibration.steps], 1e-9)  # (steps, 7)
-    decrease = (1.0 - rms[1:] / rms[:-1]).mean(1)
-    best = [f'{term_name(calibration.steps[k + 1].term)} {100.0 * decrease[k]:.0f}\u00a0%'
-            for k in np.argsort(-decrease, kind='stable')[:3] if decrease[k] > _SAME]
-    return f'Mean decrease of the residual over the joints: {", ".join(best)}.' if best else None
-
-
 def _worse(calibration: Calibration) -> 'str | None':
     judged = calibration.judged
     ratio = np.array([one.after / np.maximum(one.before, 1e-9) for one in judged])  # (n, 7)
@@ -162,7 +147,6 @@ def _tilt(calibration: Calibration) -> 'str | None':
 
 
 RULES = {
-    'Improvement': _gain, 'Remaining residual': _remaining, 'Best terms': _best_terms,
-    'Worse than before': _worse, 'Contact': _contact, 'Cross-validation': _trust,
-    'Uncertain parameters': _uncertain, 'Velocity lag': _lag, 'Tilt of the base': _tilt,
-    'Record next': _record_next}
+    'Improvement': _gain, 'Worse than before': _worse, 'Contact': _contact,
+    'Cross-validation': _trust, 'Uncertain parameters': _uncertain, 'Velocity lag': _lag,
+    'Tilt of the base': _tilt, 'Record next': _record_next}

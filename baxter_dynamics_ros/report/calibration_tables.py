@@ -78,16 +78,16 @@ def steps_table(calibration: Calibration) -> Table:
 def recordings_table(calibration: Calibration) -> Table:
     """Return each recording's residual before, and after a fit to the others."""
     judged = calibration.judged
-    columns = [Column('time [s]', np.array([one.duration for one in judged]), digits=0,
-                      foot=calibration.duration)]
-    for i, joint in enumerate(JOINTS):
-        before, after = np.array([(one.before[i], one.after[i]) for one in judged]).T
-        whole = float(max(before.max(), after.max()))
-        columns += [Column('before', before, joint, 3, whole, calibration.rms_before[i]),
-                    Column('after', after, joint, 3, whole, calibration.rms_after[i])]
+    time = np.array([*(one.duration for one in judged), calibration.duration])
+    before = np.array([*(one.before for one in judged), calibration.rms_before])  # (n + 1, 7)
+    after = np.array([*(one.after for one in judged), calibration.rms_after])
+    columns = [Column('time [s]', time, digits=0)]
+    for joint, *pair in zip(JOINTS, before.T, after.T):
+        columns += [Column(label, values, joint, whole=np.max(pair))
+                    for label, values in zip(('before', 'after'), pair)]
     return Table(f'RMS of the residual [N m] on each {kind(calibration)}, fitted to the others; '
                  'bars compare those of a joint', kind(calibration),
-                 [one.name for one in judged], columns, 'together')
+                 [*(one.name for one in judged), 'together'], columns, foot=True)
 
 
 def deviation_table(calibration: Calibration) -> 'Table | None':

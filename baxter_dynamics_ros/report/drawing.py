@@ -3,7 +3,7 @@
 from contextlib import AbstractContextManager
 import io
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -65,13 +65,13 @@ class Picture(NamedTuple):
     svg: bytes
 
 
-def panels(heights: tuple[float, ...], title: str = '', left: float = 0.7, right: float = 0.14,
+def panels(heights: tuple[float, ...], title: str = '', left: float = 0.7,
            gap: float = 0.28, sharex: bool = True) -> tuple[Figure, list[Axes]]:
     """Return a figure and its panels, one above the other; all sizes in inches."""
     height = _TOP + sum(heights) + gap * (len(heights) - 1) + _BOTTOM
     figure = Figure(figsize=(WIDTH, height))
     figure.text(0.012, 1.0 - 0.05 / height, title, va='top', fontsize=13, fontweight='bold')
-    figure.subplots_adjust(left / WIDTH, _BOTTOM / height, 1.0 - right / WIDTH,
+    figure.subplots_adjust(left / WIDTH, _BOTTOM / height, 1.0 - 0.14 / WIDTH,
                            1.0 - _TOP / height, hspace=gap * len(heights) / sum(heights))
     axes = figure.subplots(len(heights), sharex=sharex, squeeze=False, height_ratios=heights)
     for axis in axes.flat:
@@ -81,10 +81,8 @@ def panels(heights: tuple[float, ...], title: str = '', left: float = 0.7, right
 
 def legend(figure: Figure) -> None:
     """Put one legend of all panels above them, at the right."""
-    entries: dict[str, Any] = {}
-    for axis in figure.axes:
-        for handle, label in zip(*axis.get_legend_handles_labels()):
-            entries.setdefault(label, handle)
+    entries = {label: handle for axis in figure.axes
+               for handle, label in zip(*axis.get_legend_handles_labels())}
     figure.legend(list(entries.values()), list(entries), loc='upper right', frameon=False,
                   ncols=len(entries), handlelength=1.3, handletextpad=0.5, columnspacing=1.2,
                   borderaxespad=0.15)

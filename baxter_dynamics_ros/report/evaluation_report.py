@@ -1,24 +1,31 @@
 """The evaluation report: a page with figures and tables, the figures as files, and its numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+import csv
+import io
+import json
+import math
 from pathlib import Path
 import re
+from typing import Any
 
 import numpy as np
 
 from .drawing import (draw_band, draw_expected, frame, legend, MEASURED, MODEL, panels, Picture,
                       styled, svg, zero_line)
 from .page import Column, findings, listed, render, Table, torque
-from .summary import NOTHING, summary_csv, summary_json
+from .. import __version__
 from ..files import write_files
 from ..model.arrays import Array
 from ..model.effort import BAND
-from ..model.joints import JOINTS
+from ..model.joints import JOINTS, N_JOINTS
 from ..model.paper_tables import TABLE_V, TABLE_V_SUM
 from ..recordings.advice import Assessment
 from ..recordings.data_check import DataCheck
-from ..recordings.evaluation_results import Evaluation, METHODS, Statistics
+from ..recordings.evaluation_results import (ErrorStatistics, ESTIMATORS, Evaluation, METHODS,
+                                             Statistics, TERMS)
 
+NOTHING = ErrorStatistics(0, *np.full((4, N_JOINTS), np.nan))  # of a recording without effort
 ESTIMATOR_NAMES = {'first_difference': 'first difference', 'butterworth_live': 'live',
                    'butterworth_aligned': 'aligned'}
 
@@ -93,12 +100,12 @@ def size_table(of: Statistics) -> Table:
 def table_five(of: Statistics) -> Table:
     """Return the paper's Table V for these recordings, beside the paper's columns."""
     mean = of.methods['lagrange_euler'].signed_mean
-    columns = [Column('e', np.abs(mean), 'here', 4, foot=float(mean.sum()))]
-    columns += [Column(label, np.array(TABLE_V[method][i]), f'paper, set {i + 1}', 4,
-                       foot=TABLE_V_SUM[method][i]) for i in range(3)
+    columns = [Column('e', np.append(np.abs(mean), mean.sum()), 'here', 4)]
+    columns += [Column(label, np.append(TABLE_V[method][i], TABLE_V_SUM[method][i]),
+                       f'paper, set {i + 1}', 4) for i in range(3)
                 for method, label in (('lagrange_euler', 'L-E'), ('newton_euler', 'RN-E'))]
-    return Table('|signed mean| of e [N m]; last row: sum of the signed means', 'joint', JOINTS,
-                 columns, 'sum')
+    return Table('|signed mean| of e [N m]; last row: sum of the signed means', 'joint',
+                 [*JOINTS, 'sum'], columns, foot=True)
 
 
 def terms_table(shares: dict[str, Array]) -> Table:
@@ -167,3 +174,54 @@ RULES = {'Offset': _offset, 'Not in the model': _beyond_the_terms}
 def _file_name(name: str) -> str:
     """Return a recording's name with the characters that are safe in files and addresses."""
     return re.sub(r'[^A-Za-z0-9]+', '_', name).strip('_')[:40] or 'recording'
+
+
+def summary_json(evaluations: Sequence[Evaluation], total: Statistics,
+                 assessment: Assessment, command: str, parameters: str) -> str:
+    """Return the statistics over all recordings and of each; null where there is no number."""
+    return json.dumps(_plain({
+        'version': __version__, 'command': command, 'parameters': parameters, 'joints': JOINTS,
+        'unit': 'N m', 'arm': total.arm, **assessment._asdict(), **_statistics(total),
+        'recordings': [{
+            **{name: getattr(evaluation, name) for name in (
+                'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'warnings', 'contacts')},
+            'notices': [{'kind': notice.kind, 'joints': notice.joints, 'text': notice.text}
+                        for notice in evaluation.notices],
+            **_statistics(evaluation),
+        } for evaluation in evaluations],
+    }), indent=2, allow_nan=False) + '\n'
+
+
+def summary_csv(evaluations: Sequence[Evaluation]) -> str:
+    """Return a row per recording, method and joint; cells without a number are empty."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer)
+    writer.writerow(('recording', 'topic', 'arm', 'method', 'joint', 'samples', 'rms [N m]',
+                     'mean_abs [N m]', 'signed_mean [N m]', 'correlation'))
+    for evaluation in evaluations:
+        for method in METHODS:
+            count, *columns = _plain(evaluation.methods.get(method, NOTHING)).values()
+            writer.writerows(
+                (evaluation.name, evaluation.topic, evaluation.arm, method, joint, count, *row)
+                for joint, *row in zip(JOINTS, *columns))
+    return buffer.getvalue()
+
+
+def _statistics(of: Statistics) -> dict[str, Any]:
+    return {**{method: of.methods.get(method, NOTHING) for method in METHODS},
+            'estimators': {name: of.estimators.get(name, NOTHING) for name in ESTIMATORS},
+            'expected': of.expected,
+            'shares': {term: of.shares.get(term, NOTHING.rms) for term in TERMS}}
+
+
+def _plain(value: Any) -> Any:
+    """Return data as JSON has it: objects, lists, and null for NaN."""
+    if hasattr(value, '_asdict'):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -66,7 +66,6 @@ class Column(NamedTuple):
     group: str = ''  # heading shared with neighbors
     digits: int = 3
     whole: Any = None  # value of a bar of full length, for all or (n,); None: no bars
-    foot: 'float | None' = None  # value in the last row
 
     def text(self, index: int) -> str:
         """Return the text of a cell."""
@@ -86,7 +85,7 @@ class Table(NamedTuple):
     corner: str  # heading of the rows' names
     rows: Sequence[str]  # names
     columns: Sequence[Column]
-    foot: str = ''  # name of the last row
+    foot: bool = False  # whether the last row is about the others
     address: str = ''  # of a row within the page, to which its number is added
 
     @property
