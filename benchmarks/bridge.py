@@ -52,7 +52,8 @@ def measure(publishers, seconds: float) -> dict:
     node.create_subscription(JointState, TOPIC, lambda message: rows.append((
         int(message.position[0]), len(message.name), stamp_ns(message.header), time.time_ns())),
         1000)
-    total = sum(round(rate * seconds) for rate, _ in publishers)
+    sent = {(k, len(joints.split())) for rate, joints in publishers
+            for k in range(round(rate * seconds))}
     with Ros1() as ros1, NodeProcess('joint_state_bridge', [
             '--ros-args', '-p', f'master_uri:={ros1.uri}', '-p', 'clock:=robot']) as bridge:
         listener = ros1.start(['-c', ROSPY], stdin=subprocess.PIPE)
@@ -64,15 +65,13 @@ def measure(publishers, seconds: float) -> dict:
             ros1.publish('--name', f'robot{i}', '--rate', rate, '--joints', joints, '--count',
                          round(rate * seconds), '--subscribers', 2)
         used = processor_time(bridge.pid)
-        spin(node, seconds + 10.0, lambda: len(rows) >= total)
+        spin(node, seconds + 10.0, lambda: len(rows) >= len(sent))
         spin(node, 1.0)  # duplicates
         used = processor_time(bridge.pid) - used
         out, _ = listener.communicate(b'\n', 30.0)
     node.destroy_node()
     theirs = [tuple(map(int, line.split())) for line in out.splitlines()]
-    sent = {(k, len(joints.split())) for rate, joints in publishers
-            for k in range(round(rate * seconds))}
-    result = {'CPU [%]': 100 * used / seconds}
+    result = {}
     for name, got in (('bridge', rows), ('rospy', theirs)):
         keys = [row[:2] for row in got]
         late = np.array([arrival - stamp for k, n, stamp, arrival in got
@@ -81,8 +80,8 @@ def measure(publishers, seconds: float) -> dict:
                         'doubled': len(keys) - len(set(keys)), 'median [ms]': np.median(late),
                         'p99 [ms]': np.percentile(late, 99)}
     stamps = {row[:2]: row[2] for row in theirs}
-    result['bridge']['other stamps'] = sum(
-        stamps[row[:2]] != row[2] for row in rows if row[:2] in stamps)
+    result['bridge'] |= {'CPU [%]': 100 * used / seconds, 'other stamps': sum(
+        stamps[row[:2]] != row[2] for row in rows if row[:2] in stamps)}
     return result
 
 
@@ -97,13 +96,12 @@ def main():
     rclpy.init(args=[])
     for name, publishers in STREAMS.items():
         result = measure(publishers, options.seconds)
-        for who in ('bridge', 'rospy'):
-            print(f'{name:14}{who:8}' + ', '.join(
-                f'{key} {value:.6g}' for key, value in result[who].items()))
+        for who, values in result.items():
+            row = ', '.join(f'{key} {value:.6g}' for key, value in values.items())
+            print(f'{name:14}{who:8}{row}')
         median, p99 = (result['bridge'][key] / result['rospy'][key]
                        for key in ('median [ms]', 'p99 [ms]'))
-        print(f'{name:14}bridge / rospy: median {median:.2f}, p99 {p99:.2f}; the bridge uses '
-              f'{result["CPU [%]"]:.0f} % of a core', flush=True)
+        print(f'{name:14}bridge / rospy: median {median:.2f}, p99 {p99:.2f}', flush=True)
     rclpy.try_shutdown()
 
 

@@ -83,9 +83,8 @@ def run(trajectory: str, seed: int, duration: float, plan: list = (),
         length: float = LENGTH) -> JointTrace:
     """Return the joint states of a pushed fake Baxter at the highest rate."""
     robot, period = FakeBaxter(trajectory=trajectory, seed=seed), 1.0 / max(RATES)
-    edges = sorted([(push.begin, push.force, push.torque) for push in plan]
-                   + [(push.begin + length, np.zeros(3), np.zeros(N_JOINTS)) for push in plan],
-                   key=lambda edge: edge[0])
+    edges = [edge for push in plan for edge in (
+        push, Push(push.begin + length, np.zeros(3), np.zeros(N_JOINTS)))]
     order, rows = [JOINT_STATE_NAMES.index(name) for name in joint_names('right')], []
     for k in range(1, round(duration / period) + 1):
         while edges and edges[0][0] <= k * period:
@@ -182,11 +181,7 @@ def calibrated(motions: list) -> dict:
 
 
 def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
-    """
-    Return the RMS of residual and external torque over that of the first difference's residual.
-
-    Both minus their moving mean over ``window`` [s], if that is not zero.
-    """
+    """Return RMS of residual and external torque relative to a residual by first differences."""
     model = PredictorSettings.from_parameters({'arm': motion.side} | values).model
     found = play(motion, values)
     qdd = np.diff(motion.qd, axis=0) / motion.period
@@ -196,7 +191,7 @@ def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
     rms = []
     for x in (found.residual, found.external, first_difference):
         x = x[round(1.0 / motion.period):]
-        if window:
+        if window:  # [s]: all minus their moving means
             n = round(window / motion.period)
             mean = np.lib.stride_tricks.sliding_window_view(x, n, axis=0).mean(axis=-1)
             x = x[n // 2:][:len(mean)] - mean

@@ -24,7 +24,6 @@ from baxter_dynamics_ros.newton_euler import build_model  # noqa: E402
 import numpy as np  # noqa: E402
 import pinocchio as pin  # noqa: E402
 
-TOLERANCE = 1e-9  # largest difference; accelerations are compared by their torques [N m]
 BASE = 'Pinocchio'
 TITLES = {'tau': 'tau, one state', 'terms': 'M, C, G, one state', 'forward': 'qdd, one state',
           'batch': 'tau, {:,} states'}
@@ -45,7 +44,7 @@ def main():
     checked = states(20)
     tau = lagrange_euler.inverse_dynamics(arms['python'].parameters, *checked, GRAVITY)
     for (engine, calls), kind in product(engines.items(), TITLES):
-        if not difference(kind, calls[kind], *checked, tau) <= TOLERANCE:
+        if not difference(kind, calls[kind], *checked, tau) <= 1e-9:
             raise SystemExit(f'{engine} {kind} differs')
     print(f'Python {platform.python_version()}, NumPy {np.__version__}. Medians of alternating '
           'runs.\nOne state: time over that of Pinocchio; batches: rate over that of '
@@ -86,7 +85,7 @@ def pinocchio(arm: BaxterArm) -> dict:
 
 
 def difference(kind: str, call: Callable, q, qd, qdd, tau) -> float:
-    """Return the largest difference between a call and the equations of the paper [N m]."""
+    """Return how far torques of a call are from the equations of the paper, at most [N m]."""
     if kind == 'batch':
         return np.abs(call(q, qd, qdd) - tau).max()
     worst = []

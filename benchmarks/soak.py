@@ -63,6 +63,9 @@ def messages(n: int):
 
 def through_node(n: int) -> Soak:
     """Send n messages to a node, and count the residuals and the diagnostics that come back."""
+    predictor = Predictor(PredictorSettings())
+    quiet = next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
+                 if predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction is not None)
     rclpy.init(args=[])
     node, residuals, reports = rclpy.create_node('soak'), [], []
     publisher = node.create_publisher(JointState, topics.JOINT_STATES, 1000)
@@ -79,7 +82,7 @@ def through_node(n: int) -> Soak:
         with NodeProcess('torque_predictor', ['--ros-args', *RELIABLE]) as process:
             until(lambda: publisher.get_subscription_count() and node.count_publishers(topic),
                   'no node')
-            quiet, costs, begin = quiet_messages(), [], time.perf_counter()
+            costs, begin = [], time.perf_counter()
             for k, (stamp, *fields) in enumerate(messages(n)):
                 if k % (n // PARTS) == 0:
                     costs.append((processor_time(process.pid), resident(process.pid)))
@@ -98,13 +101,6 @@ def through_node(n: int) -> Soak:
     return Soak(n, counts.pop('received'), predicted=counts.pop('predicted'),
                 dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet,
                 growth=memory[-1] - memory[WARM], processor=np.diff(used) / (n // PARTS) * 1e3)
-
-
-def quiet_messages() -> int:
-    """Return the number of messages without a prediction while the filter settles."""
-    predictor = Predictor(PredictorSettings())
-    return next(k for k, (stamp, *fields) in enumerate(messages(CYCLE))
-                if predictor.handle(stamp, JOINT_STATE_NAMES, *fields).prediction is not None)
 
 
 def main():

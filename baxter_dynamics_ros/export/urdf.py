@@ -49,11 +49,7 @@ def files(arm: BaxterArm, command: str, side: str, effort: EffortModel,
         before = frame
         _child(joint, 'dynamics').attrib.update(damping=_text(effort.viscous[[k]]),
                                                 friction=_text(effort.coulomb[[k]]))
-        inertial = ET.SubElement(_moved(root, joint), 'inertial')
-        ET.SubElement(inertial, 'origin', xyz=_text(center), rpy='0 0 0')
-        ET.SubElement(inertial, 'mass', value=repr(float(mass)))
-        ET.SubElement(inertial, 'inertia', {name: repr(float(inertia[place]))
-                                            for name, place in _ELEMENTS.items()})
+        _add_inertia(_moved(root, joint), mass, center, inertia)
     root.insert(0, ET.Comment(' ' + '\n     '.join(head(arm, command)).replace('--', '- -') + ' '))
     ET.indent(root)
     return {f'baxter_{side}.urdf': '<?xml version="1.0"?>\n' + ET.tostring(
@@ -79,6 +75,14 @@ def _link(arm: BaxterArm, k: int, described: Array) -> tuple[Array, Array, Array
     if k == N_JOINTS - 1:
         pseudo = pseudo + arm.payload.pseudo_inertia
     return own, *from_pseudo_inertia(to_own @ pseudo @ to_own.T)
+
+
+def _add_inertia(link: ET.Element, mass: Array, center: Array, inertia: Array) -> None:
+    inertial = ET.SubElement(link, 'inertial')
+    ET.SubElement(inertial, 'origin', xyz=_text(center), rpy='0 0 0')
+    ET.SubElement(inertial, 'mass', value=repr(float(mass)))
+    ET.SubElement(inertial, 'inertia', {name: repr(float(inertia[place]))
+                                        for name, place in _ELEMENTS.items()})
 
 
 def _remove_gripper(root: ET.Element, joint: ET.Element) -> None:
