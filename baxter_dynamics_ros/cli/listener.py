@@ -3,7 +3,6 @@
 from collections.abc import Callable
 import os
 import signal
-import threading
 import time
 from typing import Any
 
@@ -45,10 +44,9 @@ class Listener:
 
     def __enter__(self) -> 'Listener':
         """Return this listener."""
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
-                if callable(signal.getsignal(number)):
-                    self._handlers[number] = signal.signal(number, self._defer)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if callable(signal.getsignal(number)):
+                self._handlers[number] = signal.signal(number, self._defer)
         return self
 
     def __exit__(self, *exception: object) -> None:

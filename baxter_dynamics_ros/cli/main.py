@@ -8,7 +8,6 @@ import os
 import shlex
 import signal
 import sys
-import threading
 
 from .terminal import complain
 from .. import __version__
@@ -33,8 +32,7 @@ VERBS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a verb; return the exit code: 0, or 1 with the reason on stderr."""
     os.environ['MPLBACKEND'] = 'agg'  # the backend of a notebook may not be installed
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
     command = 'baxter_dynamics'
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
