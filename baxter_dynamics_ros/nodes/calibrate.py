@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from . import topics
 from .messages import from_field, stamp_ns
 from .ros_parameters import ParameterNode
-from .step_statistics import RecentSteps
+from .step_statistics import StepStatistics
 from .zero import RefusedError, WaitingRequest
 from ..estimation.continuity import GAP
 from ..estimation.events import Event
@@ -57,9 +57,9 @@ class CalibrateAction(WaitingRequest):
     type ``baxter_dynamics_interfaces.action.Calibrate``.
     """
 
-    def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps,
+    def __init__(self, node: ParameterNode, predictor: Predictor, statistics: StepStatistics,
                  action: type[Any]) -> None:
-        super().__init__(node, predictor, recent)
+        super().__init__(node, predictor, statistics)
         self._action = action
         self._names = list(predictor.stream.selector.names)
         self._rows: list[_Row] = []
@@ -135,7 +135,7 @@ class CalibrateAction(WaitingRequest):
         reported = -np.inf
         while self._elapsed < handle.request.duration:
             self._refuse_old_states()
-            accepted = self._recent.accepted
+            accepted = self._statistics.accepted
             if accepted and accepted.state and accepted.state.effort is None:
                 raise RefusedError('there is no measured effort: see the status effort')
             if time.monotonic() - reported > _FEEDBACK_PERIOD and self._rows:

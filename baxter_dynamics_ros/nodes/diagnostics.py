@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from .diagnostic_updater import ERROR, OK, STALE, Status, WARN
 from .process import GuardedExecutor
-from .step_statistics import MAX_AGE, MessageLoss, PeriodStatistics, RecentSteps
+from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
@@ -38,17 +38,15 @@ class PredictorDiagnostics:
     node: Node
     topic: str  # topic of the joint states
     predictor: Predictor
-    recent: RecentSteps
-    statistics: PeriodStatistics
-    loss: MessageLoss
+    statistics: StepStatistics
     explanation: str = ''  # of the residual
 
     def report(self, period: float) -> dict[str, Status]:
         """Return all statuses, given the time since the last report [s]."""
         executor = cast(GuardedExecutor, self.node.executor)
-        self.statistics.close(Counter({**self.predictor.counts, 'lost': self.loss.lost,
-                                       'failed': executor.failures}), period)
-        self._is_stale = self.recent.age > MAX_AGE
+        self.statistics.close(
+            Counter({**self.predictor.counts, 'failed': executor.failures}), period)
+        self._is_stale = self.statistics.age > MAX_AGE
         return {'input': self._input(), 'stamps': self._stamps(), 'filter': self._filter(),
                 'effort': self._effort(), 'residual': self._residual(),
                 'external': self._external(), 'callbacks': self._callbacks(executor)}
@@ -67,7 +65,7 @@ class PredictorDiagnostics:
             problems.append(f'{lost} messages lost in transport')
         return _status(
             {'rate [Hz]': f'{self.statistics.rate:.1f}',
-             'age [s]': f'{self.recent.age:.3f}',
+             'age [s]': f'{self.statistics.age:.3f}',
              'publishers': self.node.count_publishers(self.topic),
              'types seen': ', '.join(types) or 'none',
              'joints looked for': ' '.join(selector.names),
@@ -96,7 +94,7 @@ class PredictorDiagnostics:
 
     def _stamps(self) -> Status:
         clock, estimator = self.predictor.stream.clock, self.predictor.estimator
-        accepted, predicted = self.recent.accepted, self.recent.predicted
+        accepted, predicted = self.statistics.accepted, self.statistics.predicted
         is_searching = clock.retimed and not clock.period
         values = {'source': clock.source, 're-timed': clock.retimed}
         if accepted and accepted.state:

@@ -11,7 +11,7 @@ from std_msgs.msg import Bool
 
 from . import topics
 from .messages import joint_state, set_stamp, set_vector, to_field
-from .step_statistics import PeriodStatistics
+from .step_statistics import StepStatistics
 from ..estimation.explanation import PayloadEstimate
 from ..estimation.external import External, ExternalEffort
 from ..estimation.predictor import Prediction, Predictor, Step
@@ -27,7 +27,7 @@ _TYPES = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointStat
 class ResultPublishers:
     """Publishers of the results of one arm; results without subscribers are not published."""
 
-    def __init__(self, node: Node, predictor: Predictor, statistics: PeriodStatistics,
+    def __init__(self, node: Node, predictor: Predictor, statistics: StepStatistics,
                  settings: PredictorSettings) -> None:
         self._predictor = predictor
         self._statistics = statistics

@@ -7,7 +7,7 @@ import numpy as np
 from sensor_msgs.msg import JointState
 
 from .messages import from_field, joint_state, stamp_ns, to_field
-from .step_statistics import MAX_AGE, RecentSteps
+from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import Event
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor
@@ -36,10 +36,10 @@ class _Motion(NamedTuple):
 class DynamicsServices:
     """Handlers of the services gravity_torques and inverse_dynamics."""
 
-    def __init__(self, predictor: Predictor, recent: RecentSteps) -> None:
+    def __init__(self, predictor: Predictor, statistics: StepStatistics) -> None:
         self._names = predictor.stream.selector.names
         self._predictor = predictor
-        self._recent = recent
+        self._statistics = statistics
 
     def gravity_torques(self, request: Any, response: Any) -> Any:
         """Handle a request of ``GravityTorques``."""
@@ -85,7 +85,12 @@ class DynamicsServices:
 
     def _given(self, state: JointState, acceleration: 'array[float] | None' = None) -> _Motion:
         """Return the motion of a request; without ``acceleration``, the position alone."""
-        layout = self._layout(state)
+        layout = self._predictor.stream.selector.layout(state.name)
+        if layout is Event.DUPLICATE_JOINT:
+            raise ArgumentError('state.name', 'names a joint of the arm twice')
+        if isinstance(layout, Event):
+            missing = [name for name in self._names if name not in state.name]
+            raise ArgumentError('state.name', f'lacks {", ".join(missing)}')
         values = [_pick('state.position', state.position, state, layout)]
         if acceleration is not None:
             for field, optional in (('state.velocity', state.velocity),
@@ -98,7 +103,7 @@ class DynamicsServices:
         if len(state.position) or len(state.velocity) or len(state.effort):
             raise ArgumentError('state.name', 'empty although the state has values: joints are '
                                 'matched by name')
-        accepted, age = self._recent.accepted, self._recent.age
+        accepted, age = self._statistics.accepted, self._statistics.age
         latest = accepted and accepted.state
         if latest is None or age > MAX_AGE:
             since = 'yet' if latest is None else f'for {age:.1f} s'
@@ -113,7 +118,7 @@ class DynamicsServices:
             raise ArgumentError('acceleration', 'has the order of state.name, which is empty: '
                                 'give the state as well, or leave both empty')
         latest = self._latest(state)
-        now = self._recent.predicted and self._recent.predicted.estimate
+        now = self._statistics.predicted and self._statistics.predicted.estimate
         behind = 0.0 if now is None else (latest.stamp_ns - now.stamp_ns) * 1e-9  # [s]
         if now is None or behind > MAX_AGE:
             raise ArgumentError('state', 'the acceleration filter has no estimate yet: it settles '
@@ -121,15 +126,6 @@ class DynamicsServices:
                                 'start; if it does not, see the diagnostics')
         return _Motion(f'the estimate for {1e3 * behind:.0f} ms before {latest.origin}',
                        now.stamp_ns, now.q, now.qd, now.qdd, now.presliding)
-
-    def _layout(self, state: JointState) -> Indices:
-        layout = self._predictor.stream.selector.layout(state.name)
-        if layout is Event.DUPLICATE_JOINT:
-            raise ArgumentError('state.name', 'names a joint of the arm twice')
-        if isinstance(layout, Event):
-            missing = [name for name in self._names if name not in state.name]
-            raise ArgumentError('state.name', f'lacks {", ".join(missing)}')
-        return layout
 
 
 def _pick(field: str, values: 'array[float]', state: JointState, layout: Indices) -> Array:

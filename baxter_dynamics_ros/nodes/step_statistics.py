@@ -15,32 +15,6 @@ from ..model.joints import N_JOINTS
 MAX_AGE = 1.0  # age from which a measured state is out of date [s]
 
 
-class RecentSteps:
-    """Newest results of a stream, with their age by a clock [s]."""
-
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.accepted: Step | None = None  # of the last accepted joint state
-        # Of the last one with a prediction; None after a restart of the stream.
-        self.predicted: Step | None = None
-        self._clock = clock
-        self._accepted_at = -float('inf')  # [s]
-
-    @property
-    def age(self) -> float:
-        """Time since the last accepted joint state [s]; infinite if there was none."""
-        return self._clock() - self._accepted_at
-
-    def add(self, step: Step) -> None:
-        """Remember a step."""
-        if step.dropped is not None:
-            return
-        self.accepted, self._accepted_at = step, self._clock()
-        if step.begins:
-            self.predicted = None
-        if step.estimate is not None:
-            self.predicted = step
-
-
 class MessageLoss:
     """
     Counts messages lost by the middleware: gaps in the sequence numbers of the publishers.
@@ -72,12 +46,17 @@ class MessageLoss:
         self._last = [*self._last, number][-16:]  # publishers come and go
 
 
-class PeriodStatistics:
-    """Counts since the start of the node, and statistics of the last period between reports."""
+class StepStatistics:
+    """Newest steps with their age by a clock [s], and statistics of the last period."""
 
-    def __init__(self) -> None:
-        self.counts: Counter[Event | str] = Counter()  # at the end of the last period
-        self._before = self.counts  # at its beginning
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.accepted: Step | None = None  # of the last accepted joint state
+        # Of the last one with a prediction; None after a restart of the stream.
+        self.predicted: Step | None = None
+        self.loss = MessageLoss()
+        # Counts since the start, at the end of the last period and at its beginning.
+        self.counts: Counter[Event | str] = Counter()
+        self._before = self.counts
         self.rate = float('inf')  # of accepted joint states in the last period [Hz]
         # Larger rate of the last two periods [Hz], as a stream may start or end within a period.
         # Infinite if nothing arrived in the first of them.
@@ -86,12 +65,26 @@ class PeriodStatistics:
         self.residual_rms: Array | None = None  # (7,) in the last period [N m]
         self.touched = np.zeros(N_JOINTS, dtype=bool)  # joints in contact in the last period
         self.unexplained: float | None = None  # torque that the last wrench leaves over [N m]
+        self._clock = clock
+        self._accepted_at = -float('inf')  # [s]
         self._withheld = 0  # number of wrenches
         self._residuals: list[Array] = []
         self._touched = self.touched
 
+    @property
+    def age(self) -> float:
+        """Time since the last accepted joint state [s]; infinite if there was none."""
+        return self._clock() - self._accepted_at
+
     def add(self, step: Step) -> None:
         """Add the results of a joint state."""
+        if step.dropped is not None:
+            return
+        self.accepted, self._accepted_at = step, self._clock()
+        if step.begins:
+            self.predicted = None
+        if step.estimate is not None:
+            self.predicted = step
         if step.prediction is not None and step.prediction.residual is not None:
             self._residuals.append(step.prediction.residual)
         if step.external is not None and step.external.contact:
@@ -104,7 +97,8 @@ class PeriodStatistics:
 
     def close(self, counts: Counter[Event | str], period: float) -> None:
         """End a period of ``period`` [s] with the present counts, and begin the next."""
-        self._before, self.counts = self.counts, Counter({**counts, 'withheld': self._withheld})
+        self._before, self.counts = self.counts, Counter({
+            **counts, 'withheld': self._withheld, 'lost': self.loss.lost})
         before, self.rate = self.rate, self.since('taken') / period
         self.highest_rate = max(self.rate, before) if before else float('inf')
         is_dry = self.since('taken') > 0 and not self.since('predicted')

@@ -18,7 +18,7 @@ from .publishers import ResultPublishers
 from .rclpy_internals import take_waiting
 from .ros_parameters import ParameterNode
 from .services import DynamicsServices
-from .step_statistics import MessageLoss, PeriodStatistics, RecentSteps
+from .step_statistics import StepStatistics
 from .zero import ZeroService
 from ..estimation.explanation import ResidualExplainer
 from ..estimation.predictor import Predictor
@@ -35,26 +35,23 @@ class TorquePredictor(ParameterNode):
         super().__init__('torque_predictor')
         settings: PredictorSettings = self.declare_settings(SETTINGS)
         self._predictor = Predictor(settings, external=True)
-        self._recent = RecentSteps()
-        self._statistics = PeriodStatistics()
-        self._loss = MessageLoss()
-        self._results = ResultPublishers(
-            self, self._predictor, self._statistics, settings)
+        self._statistics = StepStatistics()
+        self._results = ResultPublishers(self, self._predictor, self._statistics, settings)
         self.create_service(Trigger, f'~/{topics.RESET}', self._on_reset)
-        self._zero = ZeroService(self, self._predictor, self._recent)
+        self._zero = ZeroService(self, self._predictor, self._statistics)
         self._calibrate: CalibrateAction | None = None
         self._offer_own_types()
         self._subscription = self.create_subscription(
             JointState, topics.JOINT_STATES, self._on_joint_state, topics.SUBSCRIPTION_QOS,
             event_callbacks=SubscriptionEventCallbacks(
-                matched=lambda info: self._loss.matched(info.total_count_change)),
+                matched=lambda info: self._statistics.loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
         self._model = settings.model  # that the explainer knows
         self._explainer = ResidualExplainer(self._model.arm, self._model.effort_model)
         self._explained_ns = 0  # stamp of the last prediction that was explained
         self._diagnostics = PredictorDiagnostics(
-            self, topic, self._predictor, self._recent, self._statistics, self._loss)
+            self, topic, self._predictor, self._statistics)
         DiagnosticUpdater(self, f'baxter_{selector.side}_arm', self._diagnostics.report)
         self.accept_changes()
         self.get_logger().info(
@@ -86,7 +83,7 @@ class TorquePredictor(ParameterNode):
         self._explain()
 
     def _take(self, message: JointState, info: dict[str, Any]) -> None:
-        self._loss.received(info.get('publication_sequence_number'))
+        self._statistics.loss.received(info.get('publication_sequence_number'))
         clock = self.get_clock()
         # The middleware's time of receipt does not include the time in the queue.
         received_ns = (clock.now().nanoseconds if clock.ros_time_is_active
@@ -94,7 +91,6 @@ class TorquePredictor(ParameterNode):
         step = self._predictor.handle(
             stamp_ns(message.header), message.name, from_field(message.position),
             from_field(message.velocity), from_field(message.effort), received_ns)
-        self._recent.add(step)
         self._statistics.add(step)
         self._results.publish(step)
         self._zero.add(step)
@@ -108,7 +104,7 @@ class TorquePredictor(ParameterNode):
 
     def _explain(self) -> None:
         """Explain the residual once a second, after a joint state, when the next is not due."""
-        prediction = self._recent.predicted and self._recent.predicted.prediction
+        prediction = self._statistics.predicted and self._statistics.predicted.prediction
         if prediction is None or 0 <= prediction.stamp_ns - self._explained_ns < _EXPLAIN_PERIOD:
             return
         self._explained_ns = prediction.stamp_ns
@@ -120,7 +116,7 @@ class TorquePredictor(ParameterNode):
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         retimed = self._predictor.stream.clock.retimed
         self._predictor.reset()
-        self._recent.predicted = None
+        self._statistics.predicted = None
         self._explainer.reset()
         response.success = True
         response.message = ('filter and contact detector are reset; predictions resume after '
@@ -138,8 +134,8 @@ class TorquePredictor(ParameterNode):
                 'offered: the package baxter_dynamics_interfaces is not installed. Build it with '
                 'colcon or run `pip install ./baxter_dynamics_interfaces`')
             return
-        self._calibrate = CalibrateAction(self, self._predictor, self._recent, Calibrate)
-        services = DynamicsServices(self._predictor, self._recent)
+        self._calibrate = CalibrateAction(self, self._predictor, self._statistics, Calibrate)
+        services = DynamicsServices(self._predictor, self._statistics)
         self.create_service(
             GravityTorques, f'~/{topics.GRAVITY_TORQUES}', services.gravity_torques)
         self.create_service(

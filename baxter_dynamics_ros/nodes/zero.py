@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 
 from . import topics
 from .ros_parameters import ParameterNode
-from .step_statistics import MAX_AGE, RecentSteps
+from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.predictor import Predictor, Step
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
@@ -31,10 +31,11 @@ class RefusedError(BaxterDynamicsError):
 class WaitingRequest:
     """Request whose callback waits for joint states; one runs at a time."""
 
-    def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps) -> None:
+    def __init__(self, node: ParameterNode, predictor: Predictor,
+                 statistics: StepStatistics) -> None:
         self._node = node
         self._predictor = predictor
-        self._recent = recent
+        self._statistics = statistics
         self._is_running = False
         # A mutually exclusive group blocks its other callbacks while one of them waits.
         self._group = ReentrantCallbackGroup()
@@ -62,7 +63,7 @@ class WaitingRequest:
             self._node.destroy_timer(timer)
 
     def _refuse_old_states(self) -> None:
-        if self._recent.age > MAX_AGE:
+        if self._statistics.age > MAX_AGE:
             raise RefusedError('no valid joint states arrive: see the status input')
 
 
@@ -74,8 +75,9 @@ class ZeroService(WaitingRequest):
     therefore accepted if it neither begins nor ends while residuals are collected.
     """
 
-    def __init__(self, node: ParameterNode, predictor: Predictor, recent: RecentSteps) -> None:
-        super().__init__(node, predictor, recent)
+    def __init__(self, node: ParameterNode, predictor: Predictor,
+                 statistics: StepStatistics) -> None:
+        super().__init__(node, predictor, statistics)
         self._steps: list[Step] = []
         node.create_service(Trigger, f'~/{topics.ZERO}', self._on_request,
                             callback_group=self._group)

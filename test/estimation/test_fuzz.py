@@ -23,7 +23,7 @@ pytest.importorskip('hypothesis', reason='draws the sequences: pip install hypot
 
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402, I100
 from baxter_dynamics_ros.nodes.services import DynamicsServices  # noqa: E402
-from baxter_dynamics_ros.nodes.step_statistics import RecentSteps  # noqa: E402
+from baxter_dynamics_ros.nodes.step_statistics import StepStatistics  # noqa: E402
 from hypothesis import settings as profile, stateful, strategies as st  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('error')
@@ -106,7 +106,7 @@ class Life(stateful.RuleBasedStateMachine):
         self.predicted, self.external = Counter(), Counter()  # by side
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
         self.time = 0.0  # [s]
-        self.recent = {side: RecentSteps(lambda: self.time) for side in self.handlers}
+        self.recent = {side: StepStatistics(lambda: self.time) for side in self.handlers}
 
     def send(self, names, *fields, step=10 * MS):
         """Send a message ``step`` [ns] after the last, and look at what comes of it."""
