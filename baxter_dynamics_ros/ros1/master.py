@@ -1,6 +1,7 @@
 """Read-only XML-RPC client of a ROS 1 master and its nodes, with bounded answers."""
 
 from collections.abc import Callable
+from contextlib import closing
 from http.client import HTTPConnection
 import os
 import re
@@ -72,15 +73,9 @@ def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], me
     """Call a method of a ROS 1 master or node and return its parsed value, or raise Ros1Error."""
     if method not in METHODS:
         raise ValueError(f'{method}: this client is read-only')
-    connection = HTTPConnection(address, port, timeout=TIMEOUT)
     try:
-        connection.request('POST', '/', xmlrpc.client.dumps(arguments, method).encode(),
-                           {'Content-Type': 'text/xml'})
-        data = connection.getresponse().read(MAX_ANSWER + 1)
-        if len(data) > MAX_ANSWER:
-            raise ValueError(f'an answer of more than {MAX_ANSWER} bytes')
-        answer: Any = xmlrpc.client.loads(data)[0][0]
-        code, message, value = answer
+        code, message, value = _exchange(
+            address, port, xmlrpc.client.dumps(arguments, method).encode())
         if code == 1:
             return parse(value)
     except OSError as error:
@@ -90,7 +85,15 @@ def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], me
         reason = f'{type(error).__name__}: {" ".join(str(error).split())[:100]}'.rstrip(': ')
         raise Ros1Error(stage, f'http://{address}:{port}/ is not a ROS 1 {kind} ({reason})',
                         "check host and port; the port of Baxter's master is 11311") from None
-    finally:
-        connection.close()
     raise Ros1Error(stage, f'{method} on http://{address}:{port}/ failed ({str(message)[:200]})',
                     "look at the robot's log")
+
+
+def _exchange(address: str, port: int, request: bytes) -> Any:
+    """Send a request; return the code, the message and the value in its answer."""
+    with closing(HTTPConnection(address, port, timeout=TIMEOUT)) as connection:
+        connection.request('POST', '/', request, {'Content-Type': 'text/xml'})
+        data = connection.getresponse().read(MAX_ANSWER + 1)
+    if len(data) > MAX_ANSWER:
+        raise ValueError(f'an answer of more than {MAX_ANSWER} bytes')
+    return xmlrpc.client.loads(data)[0][0]

@@ -41,9 +41,9 @@ def arm_description(side: str, path: str | Path | None = None,
     except (OSError, ET.ParseError) as error:
         raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
     joints = {joint.get('name', ''): joint for joint in robot.findall('joint')}
-    missing = [name for name in joint_names(side) if name not in joints]
-    if missing:
-        raise DescriptionError(f"{path}: no joint {missing[0]}; is it a Baxter's URDF?")
+    for name in joint_names(side):
+        if name not in joints:
+            raise DescriptionError(f"{path}: no joint {name}; is it a Baxter's URDF?")
     keep = _links_of_arm(joints, joint_names(side))
     hand = next((name for name in hand_names(side) if name in keep), None)
     if hand is None:

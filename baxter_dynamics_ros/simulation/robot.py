@@ -139,7 +139,7 @@ class FakeBaxter:
         while self.time < time - TIMESTEP / 2:
             if self._command is not None and (
                     self._steps >= self._command_ends or self._runs_away()):
-                self._hold_here(self._command)
+                self._hold_here()
                 self._command = None
             self._motor = self._control() if self._command is None else self._command
             self.plant.step(self._motor)
@@ -176,16 +176,16 @@ class FakeBaxter:
         wanted = KP_OUTER * (q_r - q) + KD_OUTER * (self.reference.qd - qd)  # (13)
         return wanted - qd  # of (14), whose text prints q_r for the velocity qd
 
-    def _hold_here(self, motor: Array) -> None:
-        """Hold the present position, starting from motor torques (7,) [N m]."""
+    def _hold_here(self) -> None:
+        """Hold the present position, starting from the present motor torques."""
         here = self.plant.q
         self.reference = JointTrajectory(lambda t: here)
         if self._runs_away():
             self._integral = np.zeros(N_JOINTS)  # without the torques that accelerate the joint
         else:
             error = self._velocity_error(here)
-            self._integral = ((motor - self.plant.holding_torque() - KP_INNER * error) / KI_INNER
-                              - error * TIMESTEP)
+            held = self._motor - self.plant.holding_torque() - KP_INNER * error  # [N m]
+            self._integral = held / KI_INNER - error * TIMESTEP
 
     def _runs_away(self) -> bool:
         return bool((np.abs(self.plant.qd) > RUNAWAY).any())
