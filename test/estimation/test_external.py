@@ -90,20 +90,6 @@ def test_what_the_effort_model_has_is_no_external_effort():
     assert np.abs(efforts(externals[-300:])).max() > 2.0
 
 
-def test_wrench_of_a_push_at_the_hand():
-    settings = PredictorSettings()
-    wrench = np.array([5.0, -8.0, 3.0, 0.4, -0.3, 0.6])  # [N], [N m]
-    t = np.arange(0.0, 3.0, 0.01)
-    external = settings.model.arm.jacobian(trajectory(t)[0]).swapaxes(-1, -2) @ wrench
-    messages = measured(settings, 3.0)
-    messages = [(stamp, q, qd, effort - push)
-                for (stamp, q, qd, effort), push in zip(messages, external)]
-    predictor = Predictor(settings, external=True)
-    _, externals = play(predictor, messages)
-    found = predictor.external.wrench(externals[-1])
-    np.testing.assert_allclose(np.concatenate([found.force, found.torque]), wrench, atol=0.7)
-
-
 def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
     empty, after = PredictorSettings(), PredictorSettings.from_parameters(LOAD)
     messages = measured(after)
@@ -244,5 +230,8 @@ def test_expected_deviation_bounds_the_model_errors_of_contact():
                                   'effort_model.deviation_acceleration': (0.0,) * 7})
     np.testing.assert_allclose(contact_settings(calibrated).limit,
                                [2.5, 1.4, 1.4, 1.05, 0.35, 0.4, 0.35])  # floor, or 3.5 deviations
+    predictor = Predictor(default, external=True)
+    predictor.configure(calibrated)
+    assert predictor.external.detector.settings == contact_settings(calibrated)
     simulated = default.replace({'effort_model.enabled': False})  # nothing is known
     assert contact_settings(simulated).limit == default.contact.limit

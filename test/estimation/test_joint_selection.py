@@ -126,13 +126,3 @@ def test_implausible(selector, field, bound, sign):
         assert isinstance(selector.read(SDK, **message), tuple)
         message[field][SDK.index(joint)] *= 1 + 1e-12
         assert selector.read(SDK, **message) is Event.IMPLAUSIBLE
-
-
-def test_layout_is_found_once_and_kept(selector):
-    assert selector.layout(list(SDK)) is selector.layout(SDK)
-
-
-def test_memory_of_layouts_is_bounded(selector):
-    for i in range(1000):
-        assert selector.layout((f'joint_{i}',)) is Event.NOT_THIS_ARM
-    np.testing.assert_array_equal(selector.layout(SDK), [SDK.index(n) for n in selector.names])

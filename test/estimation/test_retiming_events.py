@@ -1,6 +1,6 @@
 """What can happen to times of arrival: another rate, pauses, losses, and stamps of any sort."""
 
-from arrivals import increases, made, PATTERNS, Retiming, run, stalled, START
+from arrivals import increases, made, PATTERNS, Retiming, run, stalled
 from baxter_dynamics_ros.estimation.retiming import MODES
 import numpy as np
 import pytest
@@ -38,17 +38,6 @@ def test_a_pause_or_another_clock_begins_anew(step):
     assert increases(out[locked:], restarted[locked:])
 
 
-def test_a_shorter_pause_is_noticed():
-    t = made(100.0, 10.0)
-    t[500:] += 0.15
-    retiming = Retiming('arrival')
-    out, restarted = run(retiming, stalled(t))
-    assert retiming.resyncs == 1
-    left = np.flatnonzero(np.isnan(out[500:]))[0]
-    assert left < 40
-    assert np.abs((out - t)[650:]).max() < 0.03
-
-
 def test_a_long_stall_is_no_pause():
     t = made(100.0, 10.0)
     arrivals = t.copy()
@@ -57,21 +46,6 @@ def test_a_long_stall_is_no_pause():
     out, restarted = run(retiming, arrivals)
     assert retiming.resyncs == 0 and restarted.sum() == 1
     assert np.nanmax(np.abs(out - t)) < 0.004
-
-
-@pytest.mark.parametrize('mode', ['auto', 'arrival'])
-def test_stamps_that_stand_still_give_none(mode):
-    out, _ = run(Retiming(mode), np.zeros(2000))
-    assert np.isnan(out[4:]).all()
-
-
-def test_stamps_that_stop_are_left():
-    t = made(100.0, 8.0)
-    t[300:500] = t[300]
-    retiming = Retiming('arrival')
-    out, restarted = run(retiming, t)
-    assert np.isnan(out[330:500]).all()
-    assert np.nanmax(np.abs(out - t)[500:]) < 1e-3 and np.isfinite(out[620:]).all()
 
 
 @pytest.mark.parametrize('start', [0, -5 * 10 ** 18, 9 * 10 ** 18, 10 ** 30])
@@ -110,17 +84,3 @@ def test_stamps_increase_whatever_happens(seed):
     out, restarted = run(retiming, np.concatenate(arrivals))
     assert increases(out, restarted)
     assert retiming.resyncs > 3
-
-
-def test_the_same_message_again_changes_nothing():
-    arrivals = stalled(made(100.0, 3.0))
-    once, twice = Retiming('arrival'), Retiming('arrival')
-    for x in arrivals:
-        stamp = START + round(x * 1e9)
-        wanted = once.update(stamp, True)
-        assert twice.update(stamp, True) == wanted
-        restarted = twice.restarted
-        assert restarted == once.restarted
-        for _ in range(2):
-            assert twice.update(stamp, False) == wanted
-            assert not twice.restarted

@@ -2,7 +2,6 @@
 
 from dataclasses import FrozenInstanceError, replace
 
-from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import (AccelerationSettings, ContactSettings,
                                                      DEFAULTS, PredictorSettings, SETTINGS)
 from baxter_dynamics_ros.model.arm import BaxterArm
@@ -148,15 +147,6 @@ def test_arm_has_its_settings(side):
     center = paper.center_of_mass + [0.02, -0.01, 0.03]
     moved = make({'links.center_of_mass': center.ravel()}).model.arm
     np.testing.assert_array_equal(moved.parameters.center_of_mass, center)
-
-
-def test_predictor_has_its_settings():
-    predictor = Predictor(make({'arm': 'left', 'acceleration.cutoff': 10.0,
-                                'acceleration.velocity_lag': 0.03}))
-    assert predictor.stream.selector.names[0] == 'left_s0'
-    delay = 0.03 + np.sqrt(2) / (2 * np.pi * 10.0)
-    assert predictor.estimator.delay == pytest.approx(delay, rel=1e-12)
-    assert Predictor(PredictorSettings(align=False)).estimator.delay == 0.0
 
 
 @pytest.mark.parametrize('loaded', [False, True])

@@ -14,7 +14,7 @@ import pytest
 RIGHT = joint_names('right')
 START = 1_700_000_000 * 10 ** 9  # [ns]
 RECEIPT = 5 * 10 ** 9  # difference of the receiver's clock to the robot's [ns]
-T = np.arange(0.0, 12.0, 0.01)
+T = np.arange(0.0, 8.0, 0.01)
 ROWS = list(zip(*measured(PredictorSettings(), T)))
 
 
@@ -57,13 +57,11 @@ def test_receipt_is_used_where_stamps_stand_still(stamps):
     assert steps.min() > 0.008 and steps.max() < 0.012
     assert predictions[-1].stamp_ns == pytest.approx(START + RECEIPT + T[-1] * 1e9, abs=1e8)
     assert rms(predictions) < 0.2
-    _, chosen = play(stamps, 'receipt')
-    assert chosen[-1].stamp_ns == pytest.approx(predictions[-1].stamp_ns, abs=2e6)
 
 
-@pytest.mark.parametrize('name', ['stand still', '+100 ns'])
-@pytest.mark.parametrize('velocity, mode', [(True, 'auto'), (False, 'auto'), (True, 'header'),
-                                            (False, 'receipt')])
+@pytest.mark.parametrize('name, velocity, mode', [
+    ('stand still', True, 'auto'), ('+100 ns', False, 'auto'), ('+100 ns', True, 'header'),
+    ('stand still', False, 'receipt')])
 def test_every_message_is_counted(name, velocity, mode):
     stamps = USELESS[name]
     rows = ROWS if velocity else [(q, np.empty(0), effort) for q, _, effort in ROWS]
@@ -96,7 +94,7 @@ def test_receipt_is_not_used_where_stamps_advance(t, source):
 
 def test_one_stall_of_the_receiver_does_not_discredit_stamps():
     receipts = T.copy()
-    receipts[500:600] = T[600]
+    receipts[400:500] = T[500]
     predictor, predictions = play(nanoseconds(T), receipts=receipts)
     assert predictor.stream.clock.source == 'header'
     assert not predictor.counts[Event.RESET_STAMP_SOURCE]
@@ -105,7 +103,7 @@ def test_one_stall_of_the_receiver_does_not_discredit_stamps():
 
 @pytest.mark.parametrize('wrong', ['bursts', 'still'])
 def test_even_steps_restore_trust_in_header_stamps(wrong):
-    t = np.arange(0.0, 20.0, 0.01)
+    t = np.arange(0.0, 12.5, 0.01)
     rows = list(zip(*measured(PredictorSettings(), t)))
     true = nanoseconds(t + np.random.default_rng(0).normal(0.0, JITTER, len(t)))
     stamps = true.copy()
@@ -118,7 +116,7 @@ def test_even_steps_restore_trust_in_header_stamps(wrong):
 
 def test_a_burst_of_stray_messages_is_forgotten():
     """Four stray messages in 0.6 ms, and from then on 5 % of the messages are lost."""
-    t = np.arange(0.0, 30.0, 0.01)
+    t = np.arange(0.0, 15.0, 0.01)
     rows = list(zip(*measured(PredictorSettings(), t)))
     stamps = nanoseconds(t)
     kept = np.random.default_rng(1).uniform(size=len(t)) > 0.05
@@ -131,7 +129,7 @@ def test_a_burst_of_stray_messages_is_forgotten():
         predictor = Predictor(PredictorSettings())
         predictions = [predictor.handle(int(stamp), RIGHT, *row).prediction
                        for stamp, row in messages]
-        figures.append(rms([p for p in predictions if p is not None], 1000))
+        figures.append(rms([p for p in predictions if p is not None], 500))
     print(f'RMS of s0 without and with a burst: {figures[0]:.4f}, {figures[1]:.4f} N m')
     assert predictor.counts[Event.RESET_STAMP_SOURCE] == 2  # to arrival and back
     assert figures[1] == pytest.approx(figures[0], rel=1e-6)
@@ -147,21 +145,21 @@ def test_memory_does_not_grow(mode, step):
             q, qd, effort = ROWS[k % len(ROWS)]
             predictor.handle(START + step * k, RIGHT, q, np.empty(0) if step else qd,
                              effort + random.uniform(0.0, 0.01), START + 10 ** 7 * k)
-    send(1200, 0)
+    send(1100, 0)
     tracemalloc.start()
-    send(1200, 1200)
+    send(300, 1100)
     before, _ = tracemalloc.get_traced_memory()
-    send(1200, 2400)
+    send(300, 1400)
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert after - before < 1200 * 20  # [bytes]
+    assert after - before < 300 * 20  # [bytes]
 
 
 def test_rates_above_the_robots_are_predicted():
-    t = np.arange(0.0, 3.0, 0.00025)
+    t = np.arange(0.0, 1.6, 0.00025)
     rows = list(zip(*measured(PredictorSettings(), t)))
     predictor, predictions = play(nanoseconds(t), rows=rows, receipts=t)
-    assert all(p is not None for p in predictions[-1000:])
-    assert rms(predictions, 1000) < 0.2
+    assert all(p is not None for p in predictions[-500:])
+    assert rms(predictions, 500) < 0.2
     counts = predictor.counts
     assert counts['received'] == len(t) == counts['taken'] + sum(counts[e] for e in DROPPED)

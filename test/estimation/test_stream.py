@@ -166,15 +166,6 @@ def test_how_far_an_arm_can_have_moved_follows_from_the_period(moved, jumps):
     assert take(believed, late + 2 * MS, q=q) is None
 
 
-def test_data_that_are_repeated_at_once_do_not_prove_arrivals():
-    stream = Stream('right', 'auto')
-    for i in range(300):  # a publisher that sends each message again, 0.1 ms later by its clock
-        take(stream, 10 * MS * i, q=Q + 1e-4 * i)
-        take(stream, 10 * MS * i + MS // 10, q=Q + 1e-4 * i)
-    assert stream.counts == {'received': 600, 'taken': 600}
-    assert not stream.clock.retimed
-
-
 # ---- reset
 
 def test_a_reset_forgets_the_stream_and_keeps_the_counts(stream):
@@ -192,15 +183,3 @@ def test_a_reset_forgets_what_stamps_were_recognised_to_be():
     stream.reset()
     assert not stream.clock.retimed
     assert take(stream, 0).begins
-
-
-def test_a_reset_may_change_what_stamps_are():
-    stream = Stream('right', 'arrival')
-    assert take(stream, 0) is None
-    stream.reset('header')
-    assert take(stream, 10 * MS).begins
-    stream.reset()
-    assert take(stream, 20 * MS).begins
-    stream.reset('arrival')
-    assert even(stream, since=3)[0] is None
-    assert stream.counts[Event.RESET_REQUESTED] == 3

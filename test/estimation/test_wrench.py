@@ -1,6 +1,6 @@
 """The wrench at the hand: what was exerted comes back, or nothing does; never a huge number."""
 
-from baxter_dynamics_ros import BaxterArm, mount, Payload
+from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.estimation.external import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
 from baxter_dynamics_ros.model.joints import SIDES
 from baxter_dynamics_ros.model.lagrange_euler import transform
@@ -55,14 +55,14 @@ def self_motion(jacobian):
 
 def test_what_was_exerted_comes_back(hand, random_states, rng):
     told = 0
-    for q in random_states(400)[0]:
+    for q in random_states(200)[0]:
         jacobian, exerted = hand.jacobian(q), rng.uniform(-30.0, 30.0, 6)
         wrench = hand_wrench(jacobian, jacobian.T @ exerted)
         if wrench is not None:
             np.testing.assert_allclose(vector(wrench), exerted, rtol=0.0, atol=1e-9)
             assert 0.0 <= wrench.unexplained < 1e-9
             told += 1
-    assert told > 300
+    assert told > 150
 
 
 @pytest.mark.parametrize('axis', range(3))
@@ -76,26 +76,6 @@ def test_a_push_along_an_axis_of_the_base_is_positive(side, axis):
     wrench = hand_wrench(mounted(side).jacobian(ELBOW_OUT), torque)
     np.testing.assert_allclose(wrench.force, 10.0 * np.eye(3)[axis], rtol=0.0, atol=1e-6)
     np.testing.assert_allclose(wrench.torque, 0.0, rtol=0.0, atol=1e-6)
-
-
-@pytest.mark.parametrize('side', SIDES)
-def test_a_load_in_the_hand_pulls_by_its_weight(side, random_states):
-    # The dynamics say what holds the load: 1.5 kg, which the empty arm does not know of.
-    mass, center = 1.5, (0.03, -0.02, 0.11)
-    empty = BaxterArm(mount=mount(side))
-    loaded = BaxterArm(mount=mount(side), payload=Payload(mass=mass, center_of_mass=center))
-    told = 0
-    for q in random_states(50)[0]:
-        wrench = hand_wrench(mounted(side).jacobian(q), empty.gravity(q) - loaded.gravity(q))
-        if wrench is None:
-            continue
-        weight = mass * empty.gravity_vector
-        lever = empty.forward_kinematics(q)[:3, :3] @ center
-        np.testing.assert_allclose(wrench.force, weight, rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(wrench.torque, np.cross(lever, weight), rtol=0.0, atol=1e-9)
-        assert wrench.unexplained < 1e-9
-        told += 1
-    assert told > 30
 
 
 def test_nothing_explains_the_torque_better(hand, random_states, rng):
@@ -127,11 +107,6 @@ def test_a_push_on_the_elbow_is_told_from_one_on_the_hand(arm, hand):
     assert hand_wrench(jacobian, elbow @ along).unexplained > 1.0
     assert hand_wrench(jacobian, elbow @ across).unexplained < 1e-6
     assert hand_wrench(jacobian, jacobian[:3].T @ along).unexplained < 1e-12
-
-
-def test_torque_on_one_joint_alone_is_not_explained(hand):
-    wrench = hand_wrench(hand.jacobian(ELBOW_OUT), 4.0 * np.eye(7)[2])  # e0 [N m]
-    assert wrench.unexplained > 1.0
 
 
 @singular
@@ -166,7 +141,7 @@ def test_withheld_around_a_singularity_and_continuous_from_there_on(hand, q, rng
 
 
 def test_never_more_than_the_threshold_allows(hand, random_states, rng):
-    for q in random_states(2000)[0]:
+    for q in random_states(500)[0]:
         jacobian, external = hand.jacobian(q), rng.normal(0.0, NOISE, 7)
         wrench = hand_wrench(jacobian, external)
         assert (wrench is None) == (least_singular_value(jacobian) < LEAST_SINGULAR_VALUE)
@@ -188,7 +163,7 @@ def noise(jacobian):
 
 
 def test_share_of_the_workspace_that_is_withheld(random_states):
-    q, hand = random_states(5000)[0], mounted()
+    q, hand = random_states(3000)[0], mounted()
     withheld = np.array([hand_wrench(hand.jacobian(row), np.ones(7)) is None for row in q])
     assert withheld.mean() == pytest.approx(0.18, abs=0.015)
     straight = q[:, 3] < 0.3
@@ -198,7 +173,7 @@ def test_share_of_the_workspace_that_is_withheld(random_states):
 
 def test_noise_is_below_5_newtons_wherever_a_wrench_is_told(random_states):
     hand = mounted()
-    errors = [noise(hand.jacobian(q)) for q in random_states(500)[0]]
+    errors = [noise(hand.jacobian(q)) for q in random_states(300)[0]]
     force, torque = np.array([error for error in errors if error is not None]).T
     assert 3.0 < force.max() <= 5.0
     assert 0.6 < torque.max() <= 1.25
