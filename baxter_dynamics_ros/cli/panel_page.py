@@ -10,8 +10,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
-import rclpy
 from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 import viser
@@ -116,11 +116,13 @@ class Calls:
     """Calls of a predictor's services and its calibration, one at a time, without waiting."""
 
     def __init__(self, report: Callable[[str, float | None], None]) -> None:
-        self._is_busy = False
         self._report = report  # of a text, and progress from 0 to 1
         self._node = Node('panel_calls', enable_rosout=False, start_parameter_services=False)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
         self._clients: dict[str, Any] = {}
         self._predictor = ''
+        self._call: Any = None  # the task of the last one
         self._goal: Any = None  # of the calibration
 
     def offer(self, predictor: str) -> tuple[str, ...]:
@@ -141,41 +143,38 @@ class Calls:
         """Start a call, unless another one has no answer yet."""
         if verb == 'Cancel' and self._goal is not None:
             self._goal.cancel_goal_async()
-        elif not self._is_busy and verb in self._clients:
-            self._is_busy = True
-            if verb == 'Calibrate':
-                self._report('', 0.0)
-                self._clients[verb].send_goal_async(
-                    Calibrate.Goal(duration=_CALIBRATION), self._on_feedback
-                ).add_done_callback(self._on_goal)
-            else:
-                self._report(f'{verb} …', None)
-                self._clients[verb].call_async(Trigger.Request()).add_done_callback(
-                    lambda future: self._end(future.result().message))
+        elif verb in self._clients and (self._call is None or self._call.done()):
+            self._call = self._executor.create_task(
+                self._calibrate if verb == 'Calibrate' else self._trigger, verb)
 
     def poll(self) -> None:
         """Process what has arrived."""
-        for _ in range(20 if self._is_busy else 0):
-            rclpy.spin_once(self._node, timeout_sec=0.0)
+        if self._call is not None and not self._call.done():
+            for _ in range(20):
+                self._executor.spin_once(timeout_sec=0.0)
 
-    def _on_goal(self, future: Any) -> None:
-        goal = future.result()
+    async def _trigger(self, verb: str) -> None:
+        self._report(f'{verb} …', None)
+        answer = await self._clients[verb].call_async(Trigger.Request())
+        self._report(answer.message or 'done', None)
+
+    async def _calibrate(self, verb: str) -> None:
+        self._report('', 0.0)
+        goal = await self._clients[verb].send_goal_async(
+            Calibrate.Goal(duration=_CALIBRATION), self._on_feedback)
         if goal.accepted:
             self._goal = goal
-            goal.get_result_async().add_done_callback(
-                lambda result: self._end(result.result().result.message))
+            answer = await goal.get_result_async()
+            self._goal = None
+            self._report(answer.result.message or 'done', None)
         else:
-            self._end('the predictor refuses to calibrate now')
+            self._report('the predictor refuses to calibrate now', None)
 
     def _on_feedback(self, message: Any) -> None:
         feedback = message.feedback
         seen = ', '.join(f'{joint.rpartition("_")[2]} {100.0 * part:.0f} %'
                          for joint, part in zip(feedback.joint_names, feedback.seen))
         self._report(f'{feedback.advice}\nSeen: {seen}', min(feedback.elapsed / _CALIBRATION, 1.0))
-
-    def _end(self, message: str) -> None:
-        self._is_busy, self._goal = False, None
-        self._report(message or 'done', None)
 
 
 def _summary(predictor: Predictor, now: float) -> str:
