@@ -139,7 +139,7 @@ def solve(sums: Array, weights: Array, active: Bools, prior: Array, lower: Array
     if (b < lower)[index].any():
         n = np.isinf(lower[index]).sum()
         bounded = lower[index[n:]]
-        above, _ = nnls(root[n:, n:], right[n:] - root[n:, n:] @ bounded)
+        above, _ = nnls(root[n:, n:], right[n:] - root[n:, n:] @ bounded, maxiter=1000)
         b[index[n:]] = bounded + above
         b[index[:n]] = solve_triangular(root[:n, :n], right[:n] - root[:n, n:] @ b[index[n:]])
     return b
