@@ -91,7 +91,7 @@ def reference(arm, pin, engine):
     return engine(build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount))
 
 
-@pytest.fixture
+@pytest.fixture(scope='session')
 def shared():
     """Return the folder beside the repository that holds the paper and the recordings."""
     if not SHARED.is_dir():
@@ -100,12 +100,9 @@ def shared():
 
 
 @pytest.fixture(scope='session')
-def recordings():
+def recordings(shared):
     """Return the folder of the recordings of real arms, which have no licence to be copied."""
-    folder = SHARED / 'data'
-    if not folder.is_dir():
-        pytest.skip(f'{folder} is missing: it holds the recordings of real arms')
-    return folder
+    return shared / 'data'
 
 
 @pytest.fixture
@@ -124,18 +121,14 @@ def make_bag(tmp_path):
         is_ros1 = kind == 'ros1'
         path = tmp_path / (f'{name}.bag' if is_ros1 else name)
         store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_JAZZY)
-        if is_ros1:
-            writer = rosbag1.Writer(path)
-            serialise = store.serialize_ros1
-            if compression:
-                writer.set_compression(writer.CompressionFormat[compression])
-        else:
-            writer = rosbag2.Writer(path, version=9,
-                                    storage_plugin=rosbag2.StoragePlugin[kind.upper()])
-            serialise = store.serialize_cdr
-            if compression:
-                writer.set_compression(rosbag2.CompressionMode[compression],
-                                       rosbag2.CompressionFormat.ZSTD)
+        serialise = store.serialize_ros1 if is_ros1 else store.serialize_cdr
+        writer = rosbag1.Writer(path) if is_ros1 else rosbag2.Writer(
+            path, version=9, storage_plugin=rosbag2.StoragePlugin[kind.upper()])
+        if compression and is_ros1:
+            writer.set_compression(writer.CompressionFormat[compression])
+        elif compression:
+            writer.set_compression(rosbag2.CompressionMode[compression],
+                                   rosbag2.CompressionFormat.ZSTD)
         connections = {}
         with writer:
             for topic, received_ns, content in messages:
