@@ -80,7 +80,7 @@ def effort_picture(name: str, evaluation: Evaluation, joint: int) -> Picture:
         frame(axes[1], 'error [N m]')
     draw_band(axes[0], time, bands['lagrange_euler'], joint, 'Lagrange-Euler', MODEL)
     frame(axes[0], 'effort [N m]')
-    axes[-1].set_xlim(0.0, max(time[-1] + time[0], 1e-3))  # middles of the intervals
+    axes[-1].set_xlim(0.0, time[-1] + time[0])  # middles of the last and the first interval
     axes[-1].set_xlabel('time [s]', labelpad=2)
     legend(figure)
     return Picture(name, f'Effort at {JOINTS[joint]} over time: {what}', svg(figure))
