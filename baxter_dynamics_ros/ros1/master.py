@@ -61,7 +61,7 @@ def resolve(host: str) -> str:
     """Return the IPv4 address of a host; raise Ros1Error if the name does not resolve."""
     try:
         return str(socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_STREAM)[0][4][0])
-    except (OSError, UnicodeError):  # UnicodeError: a label of more than 63 characters
+    except (OSError, ValueError):  # ValueError: a label of more than 63 characters
         raise Ros1Error(
             'name', f'{host} does not resolve to an address',
             "use the robot's IP address, add the name to /etc/hosts, or, for a name in .local, "
