@@ -17,7 +17,9 @@ from .joints import N_JOINTS
 from .parameters import ArmParameters
 
 _LINKS = range(2, N_JOINTS + 1)
-_ELEMENTS = ('xx', 'yy', 'xy', 'xz', 'yz', 'hx', 'hy')
+# Element of a link -> its place in J.
+_ELEMENTS = {'xx': (0, 0), 'yy': (1, 1), 'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2), 'hx': (0, 3),
+             'hy': (1, 3)}
 # Order of the base parameters. izz1 is the moment of inertia of link 1, xx + yy of J.
 NAMES = ('izz1', *(f'{element}{link}' for link in _LINKS for element in _ELEMENTS))
 # Two more that matter only if gravity is not along the axis of joint 1.
@@ -27,8 +29,6 @@ LENGTH_NAMES = ('a1', 'a3', 'd3', 'a5', 'd5')
 
 _ON_AXIS = np.zeros((4, 4), bool)
 _ON_AXIS[2:, 2:] = True
-_AT = {'xx': (0, 0), 'yy': (1, 1), 'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2), 'hx': (0, 3),
-       'hy': (1, 3)}
 _ALPHA = np.pi / 2 * np.array([-1, 1, -1, 1, -1, 1])  # links 1 to 6 [rad]
 
 
@@ -45,9 +45,8 @@ def base_parameters(parameters: ArmParameters, pseudo_inertia: Array) -> Array:
         on_axis = np.where(_ON_AXIS, links[k], 0.0)
         links[k - 1] = links[k - 1] + to_body[k - 1] @ on_axis @ to_body[k - 1].T
     result = [links[0][..., 0, 0] + links[0][..., 1, 1]]
-    result += [link[(...,) + _AT[element]] for link in links[1:] for element in _ELEMENTS]
-    result += [links[0][(...,) + _AT[element]] for element in ('hx', 'hy')]
-    return np.stack(result, -1)
+    result += [link[(..., *place)] for link in links[1:] for place in _ELEMENTS.values()]
+    return np.stack([*result, links[0][..., 0, 3], links[0][..., 1, 3]], -1)
 
 
 def fixed_to_link(parameters: ArmParameters, link: int, pseudo_inertia: Array) -> Array:

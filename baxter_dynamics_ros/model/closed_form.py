@@ -16,7 +16,7 @@ from .arrays import Array, ArrayLike, finite
 from .base_parameters import base_parameters, lengths
 from .exceptions import ArgumentError
 from .joints import N_JOINTS
-from .parameters import ArmParameters, theta_offsets
+from .parameters import ArmParameters, THETA_OFFSET
 
 # Maps q and further vectors (..., 7) to an array or a tuple of arrays; validates its arguments.
 Function = Callable[..., Any]
@@ -77,7 +77,7 @@ def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> di
     make: Callable[..., Function] = _python_function
     if engine == COMPILED:
         make = import_module('._compiled', __package__).function
-    shift = theta_offset - theta_offsets()  # the generated functions have theta_2 = q_2 + pi/2
+    shift = theta_offset - THETA_OFFSET  # the generated functions have theta_2 = q_2 + pi/2
     result = {}
     for name, (vectors, outputs) in _closed_form.FUNCTIONS.items():
         names, shapes = ('q', *vectors), [output[1] for output in outputs]

@@ -21,6 +21,7 @@ from .joints import N_JOINTS, S1
 THETA_2_OFFSET = 'theta_2_offset'
 INERTIA_AT_ORIGIN = 'inertia_at_origin'
 CORRECTIONS = frozenset({THETA_2_OFFSET, INERTIA_AT_ORIGIN})
+THETA_OFFSET = np.pi / 2 * (np.arange(N_JOINTS) == S1)  # theta - q, corrected [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +59,9 @@ class ArmParameters:
         if unknown:
             raise ArgumentError('corrections', f'unknown {sorted(unknown)}; '
                                 f'expected some of {sorted(CORRECTIONS)}')
-        self._set('theta_offset', theta_offsets(THETA_2_OFFSET in self.corrections))
-        build = (pseudo_inertia if INERTIA_AT_ORIGIN in self.corrections
-                 else pseudo_inertia_as_printed)
-        self._set('pseudo_inertia', build(self.inertia, self.mass, self.center_of_mass))
+        self._set('theta_offset', THETA_OFFSET * (THETA_2_OFFSET in self.corrections))
+        self._set('pseudo_inertia', pseudo_inertia(
+            self.inertia, self.mass, self.center_of_mass, INERTIA_AT_ORIGIN in self.corrections))
 
     def _set(self, name: str, array: Array) -> None:
         array.flags.writeable = False
@@ -165,20 +165,13 @@ def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
     return result
 
 
-def theta_offsets(corrected: bool = True) -> Array:
-    """Return theta - q (7,) [rad]: pi/2 at s1, which Table II omits, zero elsewhere."""
-    offsets = np.zeros(N_JOINTS)
-    if corrected:
-        offsets[S1] = np.pi / 2
-    return offsets
-
-
 def inertia_tensor(elements: Array) -> Array:
     """Turn rows (..., 6) in Table III's order xx yy zz xy yz xz into tensors (..., 3, 3)."""
     return elements[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
 
 
-def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
+def pseudo_inertia(inertia: Array, mass: ArrayLike, center: Array,
+                   at_origin: bool = True) -> Array:
     """
     Return J of eq. (12), (..., 4, 4), of inertias (..., 3, 3) about the centre of mass.
 
@@ -186,21 +179,21 @@ def pseudo_inertia(inertia: Array, mass: Array | float, center: Array) -> Array:
     that Table III needs: ``I_origin = I_com + m (r.r 1 - r r^T)``. The 3 x 3 block of J is
     tr(I_origin)/2 1 - I_origin, so its off-diagonals are -I_xy and so on. Masses are (...) [kg],
     centres of mass (..., 3) [m].
-    """
-    outer = center[..., :, None] * center[..., None, :]
-    at_origin = inertia + np.asarray(mass)[..., None, None] * (_trace(outer) - outer)
-    return _assemble(_trace(at_origin) / 2 - at_origin, mass, center)
 
-
-def pseudo_inertia_as_printed(inertia: Array, mass: Array | float, center: Array) -> Array:
+    If not ``at_origin``, J is as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy
+    and so on. M differs by up to 0.13 kg m^2, and J is not positive definite.
     """
-    Return J as eq. (12) prints it: Table III as it stands, off-diagonals +I_xy and so on.
-
-    Incorrect: M differs by up to 0.13 kg m^2, and J is not positive definite. Kept to show the
-    effect.
-    """
-    diagonal = np.eye(3) * inertia
-    return _assemble(_trace(inertia) / 2 + inertia - 2 * diagonal, mass, center)
+    mass = np.asarray(mass)
+    result = np.empty(inertia.shape[:-2] + (4, 4))
+    if at_origin:
+        outer = center[..., :, None] * center[..., None, :]
+        inertia = inertia + mass[..., None, None] * (_trace(outer) - outer)
+        result[..., :3, :3] = _trace(inertia) / 2 - inertia
+    else:
+        result[..., :3, :3] = _trace(inertia) / 2 + inertia - 2 * np.eye(3) * inertia
+    result[..., :3, 3] = result[..., 3, :3] = mass[..., None] * center
+    result[..., 3, 3] = mass
+    return result
 
 
 def from_pseudo_inertia(pseudo: Array) -> tuple[Array, Array, Array]:
@@ -220,12 +213,3 @@ def inertia_elements(tensor: Array) -> Array:
 def _trace(matrix: Array) -> Array:
     """Return tr(X) 1, (..., 3, 3)."""
     return np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-
-
-def _assemble(block: Array, mass: Array | float, center: Array) -> Array:
-    """Assemble second moments (..., 3, 3), m r and m into (..., 4, 4)."""
-    result = np.empty(block.shape[:-2] + (4, 4))
-    result[..., :3, :3] = block
-    result[..., :3, 3] = result[..., 3, :3] = np.asarray(mass)[..., None] * center
-    result[..., 3, 3] = mass
-    return result
