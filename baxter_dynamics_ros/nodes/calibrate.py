@@ -6,7 +6,7 @@ from pathlib import Path
 import subprocess
 from tempfile import TemporaryDirectory
 import time
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse
@@ -34,17 +34,6 @@ _NEEDED = {'scipy': 'scipy', 'yaml': 'pyyaml'}  # module -> package
 _MOST_SHOWN = 3000  # maximum number of positions from which progress is computed
 
 
-class _Row(NamedTuple):
-    """Joint state of the arm, fields in joint order; NaN where a field is missing."""
-
-    time: float  # [s] since the first one
-    stamp_ns: int
-    received_ns: int
-    position: Array
-    velocity: Array
-    effort: Array
-
-
 class _CancelledError(Exception):
     """The goal was cancelled."""
 
@@ -62,7 +51,9 @@ class CalibrateAction(WaitingRequest):
         super().__init__(node, predictor, statistics)
         self._action = action
         self._names = list(predictor.stream.selector.names)
-        self._rows: list[_Row] = []
+        # Time since the first joint state [s], stamp and time of receipt [ns]; position, velocity
+        # and effort (7,), NaN where missing.
+        self._rows: list[tuple[float, int, int, Array, Array, Array]] = []
         self._newest_ns = 0
         self._is_recording = False
         self._process: subprocess.Popen[bytes] | None = None
@@ -81,10 +72,12 @@ class CalibrateAction(WaitingRequest):
             dt = (step.state.stamp_ns - self._newest_ns) * 1e-9
             self._elapsed += dt if 0.0 < dt < GAP else 0.0
             self._newest_ns = step.state.stamp_ns
-        fields = [from_field(field)[layout] if len(field) == len(message.name)
-                  else np.full(N_JOINTS, np.nan)
-                  for field in (message.position, message.velocity, message.effort)]
-        self._rows.append(_Row(self._elapsed, stamp_ns(message.header), received_ns, *fields))
+        position, velocity, effort = (
+            from_field(field)[layout] if len(field) == len(message.name)
+            else np.full(N_JOINTS, np.nan)
+            for field in (message.position, message.velocity, message.effort))
+        self._rows.append((self._elapsed, stamp_ns(message.header), received_ns, position,
+                           velocity, effort))
 
     def destroy(self) -> None:
         """End the fit and the server."""
@@ -141,8 +134,8 @@ class CalibrateAction(WaitingRequest):
             if time.monotonic() - reported > _FEEDBACK_PERIOD and self._rows:
                 reported = time.monotonic()
                 shown = self._rows[::len(self._rows) // _MOST_SHOWN + 1]
-                seen = progress(np.array([row.time for row in shown]),
-                                np.array([row.position for row in shown]))
+                seen = progress(np.array([row[0] for row in shown]),
+                                np.array([row[3] for row in shown]))
                 handle.publish_feedback(self._action.Feedback(
                     elapsed=self._elapsed, joint_names=self._names, seen=seen.seen.tolist(),
                     advice=seen.advice))

@@ -179,7 +179,8 @@ def test_a_second_publisher_is_reported(robot, predictor, motion, helper):
     motion.until(lambda: len(robot.residual) > count)
     robot.diagnostics.clear()
     motion.until(lambda: is_well(robot))
-    assert_right(robot.residual)
+    # The other's arm may be predicted when this process pauses, but never a mixture of both.
+    assert_right([message for message in robot.residual if np.any(message.position)])
 
 
 def test_a_publisher_may_stop_die_and_come_back(robot, start, start_predictor, stamps):
