@@ -51,13 +51,13 @@ def wait_until_open(process, file):
 
 def test_an_interrupted_command_leaves_nothing_and_prints_nothing(
         start, make_bag, moving_arm, tmp_path):
-    bag = make_bag(moving_arm(6000))  # takes seconds to read
+    bag = make_bag(moving_arm(4000))  # takes seconds to read
     cases = [(start(*arguments), by) for arguments, by in (
         (('evaluate', 'run', '--output', 'report', '--save-bag', 'new'), signal.SIGINT),
         (('calibrate', 'run'), signal.SIGTERM))]
     for process, by in cases:
         wait_until_open(process, bag / 'run.mcap')
-        time.sleep(0.3)  # while it reads
+        time.sleep(0.2)  # while it reads
         assert process.poll() is None
         process.send_signal(by)
         out, err = process.communicate(timeout=ENDED)
