@@ -30,7 +30,7 @@ from baxter_dynamics_ros.cli import main, panel_views
 panel_views._load = lambda file: [(0.1 * np.eye(3), np.array([[0, 1, 2]]), (90, 90, 90))]
 sys.exit(main.main(sys.argv[1:]))
 """
-SLOWLY = 'requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 300)'
+SLOWLY = 'requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 1000)'
 
 
 def test_scales_hold_all_values_and_change_rarely(rng):
