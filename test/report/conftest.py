@@ -94,7 +94,7 @@ def calibration_page(calibration, tmp_path_factory):
 @pytest.fixture(scope='session')
 def evaluation_folder(evaluate, too_short, tmp_path_factory):
     """Return the folder of a report on three recordings, written over old files."""
-    from baxter_dynamics_ros.report.evaluation_report import write_evaluation
+    from baxter_dynamics_ros.report import evaluation_report
     folder = tmp_path_factory.mktemp('evaluation')
     (folder / 'notes.txt').write_text('mine')
     (folder / 'report.html').write_text('old')
@@ -102,8 +102,13 @@ def evaluation_folder(evaluate, too_short, tmp_path_factory):
     advice = Advice('calibrate', 'Calibrate:',
                     'baxter_dynamics calibrate "a&b" ' + 9 * 'a_long_path/')
     assessment = Assessment(Verdict('uncalibrated', 'Larger than <calibrated>.'), (advice,))
-    write_evaluation(folder, [first, evaluate('no effort', effort=False), too_short], first,
-                     assessment, 'evaluate "a&b" <c>', 'my.yaml')
+    with evaluation_report.styled(), pytest.MonkeyPatch.context() as patch:  # one figure suffices
+        picture = evaluation_report.effort_picture('x', first, 0)
+        patch.setattr(evaluation_report, 'effort_picture',
+                      lambda name, *_: picture._replace(name=name))
+        evaluation_report.write_evaluation(
+            folder, [first, evaluate('no effort', effort=False), too_short], first, assessment,
+            'evaluate "a&b" <c>', 'my.yaml')
     return folder
 
 
