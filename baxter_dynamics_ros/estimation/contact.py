@@ -35,23 +35,9 @@ class ContactDetector:
     above 1.25 thresholds is enough.
     """
 
-    threshold: Array  # contact threshold (7,), as a deviation from the bias [N m]
-    bias: Array  # external torque of free motion (7,) [N m]
-    in_contact: bool
-    is_settling: bool  # contact is unknown: the observer settles, or first samples are undecided
-    duration: float  # of the contact [s]
-    joints: Bools  # (7,) joints that show the contact: those not back, or the last that were not
-    _variance: Array  # (7,) of the deviation from the bias [N^2 m^2]
-    _count: Indices  # (7,) consecutive samples above the threshold
-    _span: Array  # (7,) time from the first to the last of them [s]
-    _start_q: Array  # (7,) position at which contact began [rad]
-    _moved: bool  # whether the arm has moved since
-    _back: float  # time for which all joints have returned [s]
-    _explained: float  # time for which model error has explained the contact [s]
-
     def __init__(self, settings: ContactSettings, settling: float) -> None:
         self.settling = settling  # of the observer: nothing is learned for this time [s]
-        self._variance = np.zeros(N_JOINTS)
+        self._variance: Array = np.zeros(N_JOINTS)  # of the deviation from the bias [N^2 m^2]
         self.configure(settings)
         self.reset()
 
@@ -64,7 +50,7 @@ class ContactDetector:
 
     def reset(self) -> None:
         """Forget everything learned."""
-        self.threshold = _PRIOR * self._floor
+        self.threshold: Array = _PRIOR * self._floor  # (7,), as a deviation from the bias [N m]
         self._variance = (self.threshold / self.settings.sigmas) ** 2
         self._learnt = 0.0  # duration of the free motion that sigma covers [s]
         self.in_contact = False
@@ -73,12 +59,24 @@ class ContactDetector:
     def restart(self) -> None:
         """Start a new stream: settle again, keep sigma and a contact."""
         self._to_settle = self.settling  # [s]
-        self.is_settling = True
+        self.is_settling = True  # contact is unknown; also while the first samples are undecided
         if not self.in_contact:
-            self.bias = np.zeros(N_JOINTS)
+            self.bias: Array = np.zeros(N_JOINTS)  # external torque of free motion [N m]
             self._has_bias = False
             self._followed = 0.0  # duration of the free motion that the bias covers [s]
             self._end()
+
+    def _end(self) -> None:
+        self.in_contact = False
+        self.duration = 0.0  # of the contact [s]
+        # Joints that show the contact: those not back, or the last that were not.
+        self.joints: Bools = np.zeros(N_JOINTS, dtype=bool)
+        self._count: Indices = np.zeros(N_JOINTS, dtype=int)  # consecutive samples above
+        self._span: Array = np.zeros(N_JOINTS)  # time from the first to the last of them [s]
+        self._start_q: Array = np.zeros(N_JOINTS)  # position at which contact began [rad]
+        self._moved = False  # whether the arm has moved since
+        self._back = 0.0  # time for which all joints have returned [s]
+        self._explained = 0.0  # time for which model error has explained the contact [s]
 
     def rebase(self, change: Array) -> None:
         """
@@ -185,12 +183,3 @@ class ContactDetector:
             self.threshold = np.maximum(self.threshold, error)
             self._variance = np.maximum(
                 self._variance, joints * (self.threshold / self.settings.sigmas) ** 2)
-
-    def _end(self) -> None:
-        self.in_contact = False
-        self.duration = 0.0
-        self.joints = np.zeros(N_JOINTS, dtype=bool)
-        self._count = np.zeros(N_JOINTS, dtype=int)
-        self._span = np.zeros(N_JOINTS)
-        self._moved = False
-        self._back = self._explained = 0.0

@@ -152,11 +152,6 @@ class VelocityMismatch(NamedTuple):
 class VelocityCheck:
     """Compares integrated velocity with the change of position over about a second."""
 
-    _low: Array  # smallest and largest values of the samples in the window
-    _high: Array
-    _t: float  # since the start of the window [s]
-    _next_check: float  # [s]
-
     def __init__(self) -> None:
         self.usable = True  # whether to use measured velocity; stays true with frozen positions
         # Largest of the last check that found one; None while velocity and position agree.
@@ -167,16 +162,17 @@ class VelocityCheck:
         self._begin_window()
         self.restart()
 
+    def _begin_window(self) -> None:
+        self._t, self._next_check = 0.0, _CHECK_PERIOD  # since the start of the window [s]
+        self._low: Array = self._sample.copy()
+        self._high: Array = self._sample.copy()
+
     def restart(self) -> None:
         """Start a new window, as after a gap."""
         self._last: Array | None = None  # velocity [rad/s]
 
     def update(self, dt: float, q: Array, qd: Array) -> bool:
-        """
-        Check position q [rad] and velocity qd [rad/s], (7,); return whether qd can be used.
-
-        dt is the time since the last sample [s]; ignored after a restart.
-        """
+        """Check q [rad] and qd [rad/s], (7,), dt [s] after the last; return whether to use qd."""
         sample, last, self._last = self._sample, self._last, qd
         integrated = 0.0 if last is None else sample[1] + (0.5 * dt) * (qd + last)
         sample[0], sample[1], sample[3] = q, integrated, qd
@@ -193,10 +189,6 @@ class VelocityCheck:
             if self._t >= WINDOW:
                 self._begin_window()
         return self.usable
-
-    def _begin_window(self) -> None:
-        self._t, self._next_check = 0.0, _CHECK_PERIOD
-        self._low, self._high = self._sample.copy(), self._sample.copy()
 
     def _compare(self) -> None:
         moved, integrated, difference, change = self._high - self._low

@@ -147,7 +147,10 @@ class _Regression:
     """Weighted linear regression of the residuals on the columns of all terms."""
 
     def __init__(self, samples: list[_Sample]) -> None:
-        self.independent = _independent(np.array([sample.q for sample in samples]))
+        self.independent, last = 1, samples[0].q  # number of samples that count
+        for sample in samples:
+            if np.abs(sample.q - last).max() > _MOVED:
+                self.independent, last = self.independent + 1, sample.q
         deviation = np.array([sample.deviation for sample in samples])
         columns = np.array([sample.columns for sample in samples])
         scale = np.sqrt(self.independent / len(samples)) / deviation
@@ -178,15 +181,6 @@ class _Regression:
         """Return whether a weighted square exceeds what 99 % of free motion shows."""
         n = N_JOINTS * self.independent
         return square > n * (1.0 - 2.0 / (9.0 * n) + 2.33 * np.sqrt(2.0 / (9.0 * n))) ** 3
-
-
-def _independent(q: Array) -> int:
-    """Return the number of samples that count as independent."""
-    count, last = 1, q[0]
-    for row in q:
-        if np.abs(row - last).max() > _MOVED:
-            count, last = count + 1, row
-    return count
 
 
 def _compare(problem: _Regression, payload_mass: float) -> Explained:

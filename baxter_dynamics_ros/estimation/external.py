@@ -142,11 +142,10 @@ class ExternalEffort:
 
 
 class MomentumObserver:
-    r"""
+    """
     Estimates tau_ext by ``r = K (p - integral(rate + r) dt - p(0))``: r' = K (tau_ext - r).
 
-    Integrated by the backward Euler method with the true time step of every sample, which is
-    stable for any step.
+    Integrated by the backward Euler method with the true time steps: stable for any step.
     """
 
     def __init__(self, gain: float) -> None:
@@ -175,8 +174,7 @@ class MomentumObserver:
         Process the next sample and return r (7,) [N m].
 
         momentum is p (7,) [N m s], rate is dp/dt without external torque, tau + C^T qd - G (7,)
-        [N m]. dt is the time since the last sample [s], ignored for the first. If it is zero, r
-        changes by K times the change of the momentum.
+        [N m], and dt is the time since the last sample [s], which may be zero.
         """
         if self.r is None:
             self.r = np.zeros(len(momentum))

@@ -39,11 +39,7 @@ class JointSelector:
         self._find_once = lru_cache(_MEMORY)(self._find)
 
     def layout(self, names: Sequence[str]) -> Indices | Event:
-        """
-        Return the indices (7,) of the arm's joints in ``names``.
-
-        NOT_THIS_ARM, INCOMPLETE_ARM or DUPLICATE_JOINT if the joints cannot be selected.
-        """
+        """Return the indices (7,) of the arm's joints in ``names``, or why there are none."""
         return self._find_once(tuple(names))
 
     def _find(self, names: tuple[str, ...]) -> Indices | Event:

@@ -54,10 +54,9 @@ class MotionEstimator:
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
-        self._history = History()
-        self._dahl = DahlState(settings.model.effort_model)
-        self._t: float | None = None  # time of the newest sample since the last reset [s]
+        self.dahl = DahlState(settings.model.effort_model)
         self.configure(settings)
+        self.reset()
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the filters, which settle again; the buffered samples stay."""
@@ -73,15 +72,12 @@ class MotionEstimator:
         # Time after a reset for which estimates are withheld [s].
         self.settling_time = max(self._velocity.settling_time, self.delay)
 
-    def change_model(self, model: EffortModel) -> None:
-        """Change the model of Dahl friction."""
-        self._dahl.change_model(model)
-
     def reset(self) -> None:
         """Forget the stream."""
-        self._t = self._velocity.start = self._effort.start = None
-        self._history.reset()
-        self._dahl.reset()
+        self._t: float | None = None  # time of the newest sample since the stream began [s]
+        self._velocity.start = self._effort.start = None
+        self._history = History()
+        self.dahl.reset()
 
     def update(self, stamp_ns: int, dt: float, q: Array, qd: Array | None,
                effort: Array | None) -> Motion:
@@ -119,7 +115,7 @@ class MotionEstimator:
             if self._is_matched:
                 settled = self._effort.runs_for(t, self.settling_time)
                 effort = self._effort.value if settled else None
-        return Estimate(stamp_ns - round(delay * 1e9), q, qd, qdd, effort, self._dahl.update(q))
+        return Estimate(stamp_ns - round(delay * 1e9), q, qd, qdd, effort, self.dahl.update(q))
 
 
 class DahlState(Presliding):
@@ -199,10 +195,6 @@ class History:
     def __init__(self) -> None:
         # Time [s], position (7,) [rad], effort (7,) [N m].
         self._samples: list[tuple[float, Array, Array | None]] = []
-
-    def reset(self) -> None:
-        """Forget all samples."""
-        self._samples.clear()
 
     def append(self, t: float, q: Array, effort: Array | None) -> None:
         """

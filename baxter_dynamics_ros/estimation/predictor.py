@@ -94,7 +94,7 @@ class Predictor:
         model = 'method', 'effort_model', 'gravity', 'base', 'payload', 'links'
         if changed(*model):
             self.model = settings.model
-            self.estimator.change_model(self.model.effort_model)
+            self.estimator.dahl.change_model(self.model.effort_model)
         if changed('align', 'acceleration', 'effort_band'):
             self.estimator.configure(settings)
         if changed('stamps'):

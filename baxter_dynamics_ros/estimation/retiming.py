@@ -42,11 +42,8 @@ class Retiming:
     Source of stamps for a stream of joint states: header stamps or re-timed stamps.
 
     Re-timed stamps lag the robot's stamps by slightly less than the mean transport delay. The line
-    counts messages, so a lost message shifts it by one period for a few seconds.
-
-    Mode 'header' uses header stamps, 'arrival' re-times them because they are times of arrival,
-    'receipt' re-times the times of receipt, and 'auto' selects one of these by
-    :class:`StampEvidence`, starting with 'header'.
+    counts messages, so a lost message shifts it by one period for a few seconds. The setting
+    ``stamps`` gives the mode; 'auto' follows :class:`StampEvidence`.
     """
 
     def __init__(self, mode: str) -> None:

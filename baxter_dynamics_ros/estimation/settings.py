@@ -171,14 +171,6 @@ class ArmModel(NamedTuple):
         momentum, coriolis, gravity = self.arm.momentum_terms(q, qd)
         return momentum + self.effort_model.added_inertia * qd, coriolis, gravity
 
-    def warm_up(self) -> None:
-        """Call each function once, so that lazy imports do not delay the first message."""
-        q, qd, qdd = np.zeros((3, N_JOINTS))
-        self.inverse_dynamics(q, qd, qdd)
-        self.momentum_terms(q, qd)
-        self.arm.gravity(q)
-        self.arm.terms(q, qd)
-
 
 @dataclass(frozen=True)
 class PredictorSettings(Group):
@@ -262,15 +254,7 @@ class PredictorSettings(Group):
 
     @cached_property
     def model(self) -> ArmModel:
-        """
-        Model of the arm with these settings.
-
-        Raises
-        ------
-        ArgumentError
-            If values contradict each other, or Pinocchio is needed and missing.
-
-        """
+        """Model of the arm; ArgumentError if values contradict, or Pinocchio is missing."""
         arm = BaxterArm(
             payload=Payload(**vars(self.payload)), mount=mount(self.arm),
             gravity=gravity_in_base(self.gravity, **vars(self.base)),

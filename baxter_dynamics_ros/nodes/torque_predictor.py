@@ -61,9 +61,7 @@ class TorquePredictor(ParameterNode):
 
     def build(self, values: dict[str, Any]) -> PredictorSettings:
         """Return the predictor's settings."""
-        settings = PredictorSettings.from_parameters(values)
-        settings.model.warm_up()
-        return settings
+        return PredictorSettings.from_parameters(values)
 
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""

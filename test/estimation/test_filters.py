@@ -133,9 +133,6 @@ def test_nothing_before_the_first():
     history = filled([1.0, 1.01])
     assert history.at(0.0) is history.at(1.0 - 1e-9) is None
     assert history.at(1.0) is not None
-    history.reset()
-    history.append(1.5, Q, EFFORT)
-    assert history.at(1.25) is None
 
 
 @pytest.mark.parametrize('t, known', [(0.05, True), (0.1, True), (0.15, False), (0.2, False),
