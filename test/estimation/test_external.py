@@ -1,6 +1,5 @@
 """External torque: its sign beside the residual's, and what changes in mid-stream."""
 
-from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.external import contact_settings
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
@@ -162,20 +161,6 @@ def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
     contact = [None if external is None else external.contact for external in externals]
     assert False not in contact
     assert contact.count(None) <= unknown and None not in contact[60:]
-
-
-@pytest.mark.parametrize('others', [False, True], ids=['0.6 s old', 'of another publisher'])
-def test_a_stray_message_every_0_4_s_costs_no_more_than_itself(others):
-    settings = PredictorSettings()
-    messages = measured(settings, external=2.0 * PUSH)
-    contact = []
-    predictor = Predictor(settings, external=True)
-    for k, message in enumerate(messages):
-        if k % 40 == 39:
-            assert play(predictor, [stray(message, others)])[1] == [None]
-        contact.append(play(predictor, [message])[1][0])
-    assert all(external.contact for external in contact[115:])
-    assert predictor.counts[Event.UNCONFIRMED] == 10
 
 
 @pytest.mark.parametrize('rate', [10.0, 5.0])

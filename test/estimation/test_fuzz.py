@@ -96,56 +96,52 @@ def assert_sound(*arrays, shape=(7,)):
 class Life(stateful.RuleBasedStateMachine):
     """Everything that can happen to the stream handler of a node."""
 
-    handlers = {}
+    handler = None
 
     @stateful.initialize(arm=SIDE, stamp=STAMPS)
     def starts(self, arm, stamp):
         self.settings = PredictorSettings(arm=arm)
-        self.handlers = {arm: Predictor(self.settings, external=True)}
-        self.sent = self.contact = self.retimed = 0
-        self.predicted, self.external = Counter(), Counter()  # by side
+        self.handler = Predictor(self.settings, external=True)
+        self.sent = self.contact = self.retimed = self.predicted = self.external = 0
         self.stamp, self.t, self.last = stamp, 0.0, ((), EMPTY, EMPTY, EMPTY)
         self.time = 0.0  # [s]
-        self.recent = {side: StepStatistics(lambda: self.time) for side in self.handlers}
+        self.recent = StepStatistics(lambda: self.time)
 
     def send(self, names, *fields, step=10 * MS):
         """Send a message ``step`` [ns] after the last, and look at what comes of it."""
         self.stamp = min(max(self.stamp + step, FIRST), LAST)
         self.sent += 1
         self.last = names, *fields
-        for side, handler in self.handlers.items():
-            recent = self.recent[side]
-            before = recent.predicted
-            with np.errstate(divide='raise', over='raise', invalid='raise'):
-                step = handler.handle(self.stamp, names, *fields)
-                prediction, external = step.prediction, step.external
-                wrench = handler.external.wrench(external) if external is not None else None
-            self.retimed += handler.stream.clock.period is not None
-            recent.add(step)
-            self.predicted[side] += prediction is not None
-            self.external[side] += external is not None
-            if prediction is not None:
-                assert_sound(*(x for x in prediction[1:] if x is not None))
-                assert prediction.stamp_ns <= step.state.stamp_ns
-                assert before is None or step.begins or (
-                    prediction.stamp_ns > before.prediction.stamp_ns)
-                assert 0.0 <= step.delay < 3.0  # [s]
-            if external is not None:
-                assert_sound(external.q, external.qd, external.effort)
-                assert external.contact in (None, False, True)
-                self.contact += bool(external.contact)
-                assert external.joints.any() == bool(external.contact)
-                assert external.stamp_ns <= step.state.stamp_ns
-            if wrench is not None:
-                assert_sound(wrench.force, wrench.torque, shape=(3,))
-                assert np.isfinite(wrench.unexplained)
+        before = self.recent.predicted
+        with np.errstate(divide='raise', over='raise', invalid='raise'):
+            step = self.handler.handle(self.stamp, names, *fields)
+            prediction, external = step.prediction, step.external
+            wrench = self.handler.external.wrench(external) if external is not None else None
+        self.retimed += self.handler.stream.clock.period is not None
+        self.recent.add(step)
+        self.predicted += prediction is not None
+        self.external += external is not None
+        if prediction is not None:
+            assert_sound(*(x for x in prediction[1:] if x is not None))
+            assert prediction.stamp_ns <= step.state.stamp_ns
+            assert before is None or step.begins or (
+                prediction.stamp_ns > before.prediction.stamp_ns)
+            assert 0.0 <= step.delay < 3.0  # [s]
+        if external is not None:
+            assert_sound(external.q, external.qd, external.effort)
+            assert external.contact in (None, False, True)
+            self.contact += bool(external.contact)
+            assert external.joints.any() == bool(external.contact)
+            assert external.stamp_ns <= step.state.stamp_ns
+        if wrench is not None:
+            assert_sound(wrench.force, wrench.torque, shape=(3,))
+            assert np.isfinite(wrench.unexplained)
 
     def expect(self, event, side, names, *fields):
         """Send what an arm must drop, for one reason."""
-        counts = self.handlers[side].counts if side in self.handlers else {event: -1}
-        before = counts[event]
+        before = self.handler.counts[event]
         self.send(names, *fields)
-        assert counts[event] == before + (side in self.handlers)
+        assert side != self.settings.arm or self.handler.counts[event] == before + 1
 
     def motion(self, names, dt=0.01):
         """Return position, velocity and effort, dt [s] later in a smooth motion of all joints."""
@@ -219,8 +215,7 @@ class Life(stateful.RuleBasedStateMachine):
             changed = self.settings.replace({s.name: value for s, value in zip(settings, values)})
         except ArgumentError as error:
             return str(error)
-        for handler in self.handlers.values():
-            handler.configure(changed)
+        self.handler.configure(changed)
         self.settings = changed
         return ''
 
@@ -240,8 +235,7 @@ class Life(stateful.RuleBasedStateMachine):
 
     @stateful.rule()
     def reset_is_asked_for(self):
-        for handler in self.handlers.values():
-            handler.reset()
+        self.handler.reset()
 
     @stateful.rule(names=NAMES | st.just([]), stamp=STAMPS, data=st.data())
     def anything_is_asked(self, names, stamp, data):
@@ -255,38 +249,36 @@ class Life(stateful.RuleBasedStateMachine):
         self.ask(joint_state([], 0), [])
 
     def ask(self, state, acceleration):
-        for side, handler in self.handlers.items():
-            answers = DynamicsServices(handler, self.recent[side])
-            with np.errstate(divide='raise', over='raise', invalid='raise'):
-                gravity = answers.gravity_torques(srv.GravityTorques.Request(
-                    state=state), srv.GravityTorques.Response())
-                torque = answers.inverse_dynamics(srv.InverseDynamics.Request(
-                    state=state, acceleration=acceleration), srv.InverseDynamics.Response())
-            for answer, *arrays in (
-                    (gravity, gravity.gravity.effort, gravity.actuator_effort),
-                    (torque, torque.torque.effort, torque.actuator_effort, torque.inertial,
-                     torque.coriolis, torque.gravity)):
-                assert len(answer.message.splitlines()) == 1, answer.message
-                assert np.shape(arrays) == (len(arrays), 7 * answer.success)
-                assert np.isfinite(arrays).all()
-            assert np.isfinite([torque.mass_matrix, torque.coriolis_matrix]).all()
+        answers = DynamicsServices(self.handler, self.recent)
+        with np.errstate(divide='raise', over='raise', invalid='raise'):
+            gravity = answers.gravity_torques(srv.GravityTorques.Request(
+                state=state), srv.GravityTorques.Response())
+            torque = answers.inverse_dynamics(srv.InverseDynamics.Request(
+                state=state, acceleration=acceleration), srv.InverseDynamics.Response())
+        for answer, *arrays in (
+                (gravity, gravity.gravity.effort, gravity.actuator_effort),
+                (torque, torque.torque.effort, torque.actuator_effort, torque.inertial,
+                 torque.coriolis, torque.gravity)):
+            assert len(answer.message.splitlines()) == 1, answer.message
+            assert np.shape(arrays) == (len(arrays), 7 * answer.success)
+            assert np.isfinite(arrays).all()
+        assert np.isfinite([torque.mass_matrix, torque.coriolis_matrix]).all()
 
     def teardown(self):
-        for handler in self.handlers.values():
-            REACHED.update(handler.counts)
+        REACHED.update(self.handler.counts)
         REACHED.update(contact=self.contact, retimed=self.retimed)
 
+    @stateful.precondition(lambda self: self.handler)
     @stateful.invariant()
     def counts_add_up_and_diagnostics_can_be_told(self):
-        for side, handler in self.handlers.items():
-            counts = handler.counts
-            assert counts['received'] == self.sent
-            assert counts['received'] == counts['taken'] + sum(counts[e] for e in DROPPED)
-            assert counts['taken'] >= counts['predicted'] == self.predicted[side]
-            assert counts['taken'] >= counts['external'] == self.external[side]
-            detector, clock = handler.external.detector, handler.stream.clock
-            assert np.isfinite([detector.bias, detector.sigma, detector.threshold]).all()
-            assert np.isfinite([clock.period or 0.0, clock.jitter or 0.0]).all()
+        counts = self.handler.counts
+        assert counts['received'] == self.sent
+        assert counts['received'] == counts['taken'] + sum(counts[e] for e in DROPPED)
+        assert counts['taken'] >= counts['predicted'] == self.predicted
+        assert counts['taken'] >= counts['external'] == self.external
+        detector, clock = self.handler.external.detector, self.handler.stream.clock
+        assert np.isfinite([detector.bias, detector.sigma, detector.threshold]).all()
+        assert np.isfinite([clock.period or 0.0, clock.jitter or 0.0]).all()
 
 
 # Where it fails it looks for the shortest such sequence [s].

@@ -112,24 +112,6 @@ def test_spring_held_is_counted():
     assert predictor.counts[Event.SPRING_HELD] == 0
 
 
-@pytest.mark.parametrize('side, other', [('left', 'right'), ('right', 'left')])
-def test_an_arm_picks_its_own_joints(side, other):
-    settings = PredictorSettings(arm=side)
-    messages = measured(settings)
-    names = ('head_pan', *joint_names(other)[::-1], *joint_names(side)[::-1], 'torso_t0')
-    noise = np.random.default_rng(1)
-    among_others = [(stamp, *(
-        np.concatenate([noise.normal(size=8), array[::-1], [np.nan]]) for array in arrays))
-        for stamp, *arrays in messages]
-    alone = play(Predictor(settings), messages, joint_names(side))[-1]
-    picked = play(Predictor(settings), among_others, names)[-1]
-    np.testing.assert_array_equal(picked.tau, alone.tau)
-    np.testing.assert_array_equal(picked.residual, alone.residual)
-    predictor = Predictor(settings)
-    assert not any(play(predictor, messages, joint_names(other)))
-    assert predictor.counts == {'received': 300, Event.NOT_THIS_ARM: 300}
-
-
 def test_a_step_has_everything_that_a_message_gave():
     settings = PredictorSettings.from_parameters({'stamps': 'header'})
     predictor = Predictor(settings, external=True)
@@ -145,14 +127,6 @@ def test_a_step_has_everything_that_a_message_gave():
     for after, names, event in ((9, RIGHT, Event.OUT_OF_ORDER),
                                 (20, joint_names('left'), Event.NOT_THIS_ARM)):
         assert predictor.handle(stamp + after * MS, names, *arrays) == Step(dropped=event)
-
-
-def test_a_step_has_the_state_alone_while_the_period_of_arrivals_is_unknown():
-    settings = PredictorSettings.from_parameters({'stamps': 'arrival'})
-    (stamp, *arrays), = measured(settings, 1)
-    step = Predictor(settings, external=True).handle(stamp, RIGHT, *arrays)
-    assert step.dropped is None and step.begins and step.state.stamp_ns == stamp
-    assert step.estimate is step.prediction is step.external is step.delay is None
 
 
 def test_handled_arrays_are_not_aliased():

@@ -105,13 +105,6 @@ def test_values_that_contradict_each_other_are_refused(values, name):
         make(values)
 
 
-def test_disabled_effort_model_is_tau():
-    model = make({'effort_model.enabled': False, 'effort_model.bias': [1.0] * 7,
-                  'effort_model.coulomb': [1.0] * 7}).model.effort_model
-    tau = np.arange(7.0)
-    np.testing.assert_array_equal(model.effort(tau, Q, QD, QD), tau)
-
-
 def test_effort_model_has_its_settings():
     coefficients = [1.0, 2.0, 3.0, 4.0, 5.0]
     model = make({

@@ -59,23 +59,6 @@ def test_receipt_is_used_where_stamps_stand_still(stamps):
     assert rms(predictions) < 0.2
 
 
-@pytest.mark.parametrize('name, velocity, mode', [
-    ('stand still', True, 'auto'), ('+100 ns', False, 'auto'), ('+100 ns', True, 'header'),
-    ('stand still', False, 'receipt')])
-def test_every_message_is_counted(name, velocity, mode):
-    stamps = USELESS[name]
-    rows = ROWS if velocity else [(q, np.empty(0), effort) for q, _, effort in ROWS]
-    predictor, predictions = play(stamps, mode, rows)
-    counts = predictor.counts
-    assert counts['received'] == len(T) == counts['taken'] + sum(counts[e] for e in DROPPED)
-    assert sum(p is not None for p in predictions) == counts['predicted']
-    if mode == 'receipt':
-        settling = counts['taken'] - counts['predicted'] - counts[Event.AWAITING_PERIOD]
-        assert settling in (21, 22)
-    if mode == 'header':
-        assert counts[Event.REPEATED_STAMP] > 0.9 * len(T)
-
-
 def test_receipt_needs_no_header_stamps():
     _, from_stamps = play(nanoseconds(bursts(T)), 'arrival')
     _, from_receipts = play(np.zeros(len(T)), 'receipt')

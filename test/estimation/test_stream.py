@@ -103,14 +103,6 @@ def test_one_of_the_reasons_to_start_anew_is_counted(stream, after, change, even
     assert stream.counts['taken'] == 3
 
 
-def test_new_data_at_the_last_stamp_are_a_sample_without_a_step():
-    stream = Stream('right', 'header')
-    take(stream, 0)
-    sample = take(stream, 0, effort=EFFORT + 1.0)
-    assert sample.dt == 0.0 and not sample.begins
-    assert stream.counts == {'received': 2, 'taken': 2, Event.REPEATED_STAMP: 1}
-
-
 # ---- re-timed stamps
 
 @pytest.mark.parametrize('mode', ['auto', 'arrival'])

@@ -175,22 +175,6 @@ def test_robot_changes_its_rate(t):
     assert_right(run)
 
 
-@pytest.mark.parametrize('t, mode', [(FASTER, 'auto'), (SLOWER, 'arrival')],
-                         ids=['100 to 400 Hz', '400 to 100 Hz'])
-def test_rate_of_arrivals_changes(t, mode):
-    arrivals = bursts(t)
-    run = play(robot(t, arrivals), mode)
-    assert run.predictor.counts[Event.RESET_RESYNC] == 1
-    assert run.predictor.counts[Event.RESET_STAMP_SOURCE] == (mode == 'auto')
-    numbers = np.array([i for i in run.predictions if t[i] > 1.5])
-    k = np.argmax(np.diff(t[numbers]))
-    left, back = t[numbers[k]], t[numbers[k + 1]]
-    print(f'noticed after {left - 2:.2f} s, predictions return after {back - 2:.2f} s')
-    assert 2.0 < left < 2.4 and left + 1.1 < back < left + LOCKING
-    assert_right(run.since(numbers[k + 1]), late=np.mean(arrivals - t))
-    assert not back_steps(run.predictions) and not back_steps(run.external)
-
-
 # ---- several publishers
 
 @pytest.mark.parametrize('mode', ['auto', 'arrival'])
@@ -216,16 +200,6 @@ def test_messages_of_others_change_nothing(mode):
     found = Run(run.predictor, *({k: of[i] for k, i in enumerate(numbers) if i in of}
                                  for of in run[1:]))
     assert_same(found, wanted)
-
-
-def test_two_publishers_of_the_arm_at_stamps_between_each_other():
-    t = np.sort(np.concatenate([T[:250], T[:250] + 0.003]))
-    run = play(robot(t, t), 'auto')
-    assert not run.counts()
-    assert_right(run)
-    run = play(robot(t, bursts(t)), 'arrival')
-    assert not run.counts()
-    assert_right(run.since(300), late=LATE)
 
 
 # ---- lost messages
