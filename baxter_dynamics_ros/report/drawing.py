@@ -29,7 +29,7 @@ _TICKS, _GRID = '#3e4c59', '#e4e7eb'
 _DARK = {
     '#ffffff': '#12181f', INK: '#e4e7eb', FAINT: '#8b97a4', ALERT: '#ff9d73', _TICKS: '#b4bec9',
     _GRID: '#2b3440', MODEL: '#7cc0f5', MEASURED: '#f0923a', SHADE: '#22344a',
-    '#a5cdea': '#2d5f86', '#bcd9ee': '#2b4a63', '#f0b79b': '#7a4630',
+    '#bcd9ee': '#2b4a63', '#f0b79b': '#7a4630',
     '#b6c2ce': '#5d6c7b', '#56b4e9': '#3f78a3', '#d89a83': '#94543d'}
 
 STYLE = {
