@@ -4,24 +4,23 @@ Operation counts of M, C and G, from the expanded equations of the paper to body
 ``python -m tools.closed_form sizes`` prints the table.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from baxter_dynamics_ros.model import paper_tables
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
 from .derivation import program_of, trace
 from .frames import N, Rows, Scalar, Scalars
 from .program import Program
 from .quantities import QUANTITIES, Quantity
 
-Objects = NDArray[np.object_]
+_Matrix = Any  # of integers or objects of NumPy, or of CasADi
 _Symbols = dict[tuple[int, int, int], Scalar]
 
-_Q = np.zeros((4, 4), object)  # eq. (11)
-_Q[0, 1], _Q[1, 0] = -1, 1
-_VERTICAL = np.array([0, 0, 1], object)
+_Q = [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]  # eq. (11)
+_VERTICAL = [[0, 0, 1]]
 _BOTH = Quantity('', (), (), lambda arm: (arm.mass_matrix(), arm.christoffel_symbols()))
 # Row of the table -> quantity, in body frames, gravity along the axis of joint 1.
 _OURS = {'M, C and G, in body frames (ours)': QUANTITIES['terms'],
@@ -78,16 +77,17 @@ def expanded_terms() -> int:
     """
     ones = (1,) * N
     links = [np.abs(link) for link in _links(ones, ones, ones, ones)]
-    axis: Objects = np.abs(_Q)
-    mass, symbols, gravity = _equations(links, axis, [np.ones((4, 4), int).astype(object)] * N)
-    return sum(mass.ravel()) + sum(symbols.values()) + sum(gravity)
+    mass, symbols, gravity = _equations(
+        links, np.abs(_Q), [np.ones((4, 4), int)] * N, np.array(_VERTICAL), np.vdot)
+    return int(np.sum(mass) + sum(symbols.values()) + np.sum(gravity))
 
 
 def dense_operations() -> tuple[int, int]:
     """Count additions and multiplications of eqs. (6) to (8), each product computed once."""
     _Tally.additions = _Tally.multiplications = 0
     full = np.full((4, 4), _Tally(), object)
-    _, symbols, _ = _equations([full] * N, full, [full] * N)
+    _, symbols, _ = _equations([full] * N, full, [full] * N, np.array(_VERTICAL, object),
+                               lambda x, y: (x * y).sum())
     _christoffel_matrix(symbols, [_Tally()] * N)
     return _Tally.additions, _Tally.multiplications
 
@@ -98,75 +98,71 @@ def symbolic_program() -> Program:
     pseudo = [[casadi.SX.sym(f'j{i}_{k}') for k in range(10)] for i in range(N)]
     place = [[0, 3, 4, 6], [3, 1, 5, 7], [4, 5, 2, 8], [6, 7, 8, 9]]
     mass, h, gravity = _equations(
-        _links(sine, cosine, a, d), _Q,
-        [_matrix([[elements[k] for k in row] for row in place]) for elements in pseudo])
+        list(map(_symbolic, _links(sine, cosine, a, d))), _symbolic(_Q),
+        [_symbolic([[elements[k] for k in row] for row in place]) for elements in pseudo],
+        casadi.SX(_VERTICAL), casadi.dot)
     inputs = [*sine, *cosine, *a, *d, *rates, *(x for elements in pseudo for x in elements)]
     return trace(inputs, [*mass.flat, *_christoffel_matrix(h, rates).flat, *gravity])
 
 
-def _links(sine: Scalars, cosine: Scalars, a: Scalars, d: Scalars) -> list[Objects]:
+def _symbolic(rows: Rows) -> _Matrix:
+    return casadi.vertcat(*(casadi.horzcat(*row) for row in rows))
+
+
+def _links(sine: Scalars, cosine: Scalars, a: Scalars, d: Scalars) -> list[Rows]:
     """Return eq. (2) of each link, with the angles alpha and the zero lengths of Table II."""
     result = []
     for i, (has_d, has_a, alpha, _) in enumerate(paper_tables.TABLE_II):
         ca, sa = round(np.cos(alpha)), round(np.sin(alpha))
         s, c = sine[i], cosine[i]
-        result.append(_matrix([
+        result.append([
             [c, -s * ca, s * sa, a[i] * c if has_a else 0],
             [s, c * ca, -c * sa, a[i] * s if has_a else 0],
-            [0, sa, ca, d[i] if has_d else 0], [0, 0, 0, 1]]))
+            [0, sa, ca, d[i] if has_d else 0], [0, 0, 0, 1]])
     return result
 
 
-def _equations(links: list[Objects], axis: Objects,
-               pseudo: list[Objects]) -> tuple[Objects, _Symbols, list[Scalar]]:
-    """Return M, {(i, k, m): h_ikm, k <= m} and G of eqs. (6) to (8), each product formed once."""
+def _equations(links: list[_Matrix], axis: _Matrix, pseudo: list[_Matrix], vertical: _Matrix,
+               dot: Callable[[_Matrix, _Matrix], Scalar]) -> tuple[_Matrix, _Symbols, Scalars]:
+    """
+    Return M, {(i, k, m): h_ikm, k <= m} and G of eqs. (6) to (8), each product formed once.
+
+    ``dot`` is Tr(x y^T).
+    """
     to = {}  # {i}T_j
     for i in range(N):
         to[i, i + 1] = links[i]
         for j in range(i + 2, N + 1):
-            to[i, j] = to[i, j - 1].dot(links[j - 1])
-    turned = {key: axis.dot(matrix) for key, matrix in to.items()}  # Q {i}T_j
-    first = {(j, k): to[0, k].dot(turned[k, j + 1]) if k else turned[0, j + 1]
+            to[i, j] = to[i, j - 1] @ links[j - 1]
+    turned = {key: axis @ matrix for key, matrix in to.items()}  # Q {i}T_j
+    first = {(j, k): to[0, k] @ turned[k, j + 1] if k else turned[0, j + 1]
              for j in range(N) for k in range(j + 1)}  # U_jk
     second = {}  # U_jkm, k <= m
     for j in range(N):
         for m in range(j + 1):
             for k in range(m + 1):
-                inner = turned[k, m].dot(turned[m, j + 1]) if k < m else axis.dot(
-                    turned[m, j + 1])
-                second[j, k, m] = to[0, k].dot(inner) if k else inner
-    weighted = {key: u.dot(pseudo[key[0]]) for key, u in first.items()}
-    weighted_2 = {key: u.dot(pseudo[key[0]]) for key, u in second.items()}
+                inner = (turned[k, m] if k < m else axis) @ turned[m, j + 1]
+                second[j, k, m] = to[0, k] @ inner if k else inner
+    weighted = {key: u @ pseudo[key[0]] for key, u in first.items()}
+    weighted_2 = {key: u @ pseudo[key[0]] for key, u in second.items()}
     mass = np.zeros((N, N), object)
     for i in range(N):
         for k in range(i, N):
-            mass[i, k] = mass[k, i] = _sum(_trace(weighted[j, k], first[j, i])
+            mass[i, k] = mass[k, i] = _sum(dot(weighted[j, k], first[j, i])
                                            for j in range(k, N))
-    h = {(i, k, m): _sum(_trace(weighted_2[j, k, m], first[j, i]) for j in range(max(i, m), N))
+    h = {(i, k, m): _sum(dot(weighted_2[j, k, m], first[j, i]) for j in range(max(i, m), N))
          for i in range(N) for m in range(N) for k in range(m + 1)}
-    gravity = [_sum(_VERTICAL.dot(weighted[j, i][:3, 3]) for j in range(i, N)) for i in range(N)]
+    gravity = [_sum(vertical @ weighted[j, i][:3, 3] for j in range(i, N)) for i in range(N)]
     return mass, h, gravity
 
 
-def _christoffel_matrix(h: _Symbols, rates: Scalars) -> Objects:
+def _christoffel_matrix(h: _Symbols, rates: Scalars) -> _Matrix:
     result = np.zeros((N, N), object)
     for i, k in np.ndindex(N, N):
         result[i, k] = _sum(h[i, min(k, m), max(k, m)] * rates[m] for m in range(N))
     return result
 
 
-def _trace(x: Objects, y: Objects) -> Scalar:
-    """Return Tr(x y^T)."""
-    return _sum(x[i].dot(y[i]) for i in range(4))
-
-
 def _sum(values: Iterable[Scalar]) -> Scalar:
     first, *rest = values
     return sum(rest, first)
-
-
-def _matrix(rows: Rows) -> Objects:
-    result = np.empty((4, 4), object)
-    for i, k in np.ndindex(4, 4):
-        result[i, k] = rows[i][k]
-    return result
