@@ -1,5 +1,6 @@
 """Declaration of settings: default, description, unit and range, and groups of them."""
 
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
@@ -9,6 +10,10 @@ from ..model.arrays import finite, number
 from ..model.exceptions import ArgumentError
 
 Floats = tuple[float, ...]
+
+_PARAMETERS = {bool: 'true or false', str: 'a string', int: 'an integer such as 2',
+               float: 'a number with a decimal point such as 1.0',
+               tuple: 'a list of numbers with decimal points such as [1.0, 2.0]'}
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,14 @@ class Setting:
         if not isinstance(value, int) or isinstance(value, bool):
             raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
         return int(self._number(self.name, value))
+
+    def check_parameter(self, value: Any) -> Any:
+        """Return the value of a ROS parameter, checked; an integer is no decimal number there."""
+        kind = type(self.default)
+        parts = list(value) if kind is tuple and isinstance(value, (list, array)) else []
+        if not (parts and type(parts[0]) is float if kind is tuple else type(value) is kind):
+            raise ArgumentError(self.name, f'expected {_PARAMETERS[kind]}, got {value!r:.40}')
+        return self.check(value)
 
     def _number(self, name: str, value: Any) -> float:
         return number(name, value, self.lower, self.upper, self.unit)

@@ -19,8 +19,8 @@ class ParameterNode(Node):
     """
     Node whose parameters are declared from a table of settings.
 
-    Subclasses override ``build`` and ``apply``. rclpy checks types and ranges; then all values are
-    validated together, at the start and whenever some are set.
+    Subclasses override ``build`` and ``apply``. rclpy checks ranges; then each value and all
+    values together are checked, at the start and whenever some are set.
     """
 
     def __init__(self, name: str) -> None:
@@ -40,7 +40,7 @@ class ParameterNode(Node):
         """Declare settings as parameters; return what ``build`` returns for their values."""
         for setting in settings:
             self._settings[setting.name] = setting
-            self.values[setting.name] = setting.check(self.declare_parameter(
+            self.values[setting.name] = setting.check_parameter(self.declare_parameter(
                 setting.name, setting.default, _descriptor(setting)).value)
         self._accepted = self.build(self.values)
         return self._accepted
@@ -78,14 +78,14 @@ class ParameterNode(Node):
 
     def _changed(self, changes: list[Parameter]) -> dict[str, Any]:
         return {**self.values, **{
-            parameter.name: self._settings[parameter.name].check(parameter.value)
+            parameter.name: self._settings[parameter.name].check_parameter(parameter.value)
             for parameter in changes if parameter.name in self._settings}}
 
 
 def _descriptor(setting: Setting) -> ParameterDescriptor:
     default, unit = setting.default, f' [{setting.unit}]' if setting.unit else ''
-    descriptor = ParameterDescriptor(
-        description=setting.description + unit, read_only=setting.read_only)
+    descriptor = ParameterDescriptor(  # dynamic: Setting refuses other types with a clear reason
+        description=setting.description + unit, read_only=setting.read_only, dynamic_typing=True)
     constraints = []
     if setting.choices:
         constraints.append('one of ' + ', '.join(setting.choices))

@@ -13,7 +13,8 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from ..estimation.settings import DEFAULTS, PredictorSettings
+from ..estimation.setting import Setting
+from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
 
@@ -21,10 +22,9 @@ NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
 _CHECKED = 1000  # unknown names to look for a misspelling in, which takes time
 _DIGITS = 7  # significant digits written; more than any calibration can determine
-_OF_ALL_NODES = ('use_sim_time', 'start_type_description_service')  # true or false
-_EXPECTED = {bool: 'true or false', str: 'a string', int: 'an integer such as 2',
-             float: 'a number with a decimal point such as 1.0',
-             list: 'a list of numbers with decimal points such as [1.0, 2.0]'}
+_PARAMETERS = {setting.name: setting for setting in (
+    *SETTINGS, Setting('use_sim_time', True, ''),
+    Setting('start_type_description_service', True, ''))}
 
 _KEY = 'ros__parameters'
 _PLAIN = 'plain'  # tag of unquoted scalars
@@ -130,15 +130,10 @@ def _ignored(given: dict[str, Any]) -> list[str]:
     """Return the names that are no parameters of the node; refuse misspelt names, wrong types."""
     ignored: list[str] = []
     for name, value in given.items():
-        if name in DEFAULTS or name in _OF_ALL_NODES:
-            default = DEFAULTS.get(name, True)
-            wanted: type = list if isinstance(default, tuple) else type(default)
-            if type(value) is not wanted or (
-                    isinstance(value, list) and type(value[0]) is not float):
-                raise ArgumentError(name, f'expected {_EXPECTED[wanted]}, got {value!r:.40}')
+        if name in _PARAMETERS:
+            _PARAMETERS[name].check_parameter(value)
         elif not name.startswith('qos_overrides.'):
-            similar = len(ignored) < _CHECKED and get_close_matches(
-                name, (*DEFAULTS, *_OF_ALL_NODES), 1, 0.75)
+            similar = len(ignored) < _CHECKED and get_close_matches(name, _PARAMETERS, 1, 0.75)
             if similar:
                 raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)

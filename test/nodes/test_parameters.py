@@ -19,9 +19,9 @@ START = 10 ** 18  # [ns]
 # Arguments with which the node must not start, and a part of the reason.
 REFUSED = {
     'arm:=both': "arm: expected one of right, left, got 'both'",
-    'align:=1': "parameter 'align' to '1' of type 'INTEGER', expecting type 'BOOL'",
+    'align:=1': 'align: expected true or false, got 1',
     'contact.samples:=0': 'contact.samples out of range',
-    'acceleration.cutoff:=1': "expecting type 'DOUBLE'",
+    'acceleration.cutoff:=1': 'expected a number with a decimal point such as 1.0, got 1',
     'payload.mass:=11.0': 'payload.mass out of range Min: 0.0, Max: 10.0',
     'payload.mass:=.nan': 'payload.mass',
     'payload.inertia:=[0.1, 0.1, 0.1, 0.0, 0.0, 0.0]': 'payload.mass is zero',
@@ -100,14 +100,14 @@ def test_at_run_time_bad_values_are_refused_and_nothing_changes(robot, predictor
     for (setting, value), result in zip(bad, results):
         assert not result.successful, (setting, value)
         assert len(result.reason.splitlines()) == 1
-        assert setting.name in result.reason or 'Wrong parameter type' in result.reason
+        assert setting.name in result.reason
 
     for values, problem in (
             ({'arm': 'left'}, 'read-only parameter: arm'),
             ({'effort_model.spring_range': [1.0, -1.0]}, 'spring_range: expected lower < upper'),
             ({'payload.inertia': [0.1] * 3 + [0.0] * 3}, 'payload.inertia: expected zero where'),
             ({'payload.mass': 1.0, 'contact.samples': 0}, 'contact.samples'),
-            ({'payload.mass': 1.0, 'align': 'no'}, 'Wrong parameter type'),
+            ({'payload.mass': 1.0, 'align': 'no'}, 'align: expected true or false'),
             ({'payload.mass': 1.0, 'payload.mas': 1.0}, 'undeclared parameter')):
         result = set_parameters(robot, values)
         assert not result.successful and problem in result.reason, values
