@@ -174,15 +174,7 @@ class ArmModel(NamedTuple):
 
 @dataclass(frozen=True)
 class PredictorSettings(Group):
-    """
-    All settings of the predictor of one arm.
-
-    Raises
-    ------
-    ArgumentError
-        If a value has the wrong type or length, or is out of range.
-
-    """
+    """All settings of one arm's predictor; raises ArgumentError if a value is invalid."""
 
     arm: str = setting('right', 'Arm to predict (right or left).', choices=SIDES, read_only=True)
     joint_prefix: str = setting(

@@ -77,12 +77,6 @@ def test_close_samples_must_span_eight_milliseconds(detector, size):
     assert play(detector, rows, 0.001).tolist() == [False] * 8 + [True] * 12
 
 
-def test_asks_for_as_many_samples_as_told(detector):
-    detector = new_detector(samples=5)
-    play(detector, still(60.0))
-    assert play(detector, [REST + 1.2 * FLOOR] * 8).tolist() == [False] * 4 + [True] * 4
-
-
 @pytest.mark.parametrize('rate', [38.0, 100.0, 1000.0])
 def test_finds_a_push_at_any_rate_alike(rate):
     period, detector = 1.0 / rate, new_detector()

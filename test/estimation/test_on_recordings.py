@@ -3,7 +3,9 @@
 from functools import lru_cache
 from pathlib import Path
 
+from arrivals import bursts
 from baxter_dynamics_ros.estimation.predictor import Predictor
+from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.effort import EffortModel
@@ -54,7 +56,7 @@ def pipeline_residuals(folder: Path) -> list:
 
 def rms(parts: list) -> np.ndarray:
     """Return the RMS (7,) of a list of arrays (n, 7)."""
-    return np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0))
+    return np.sqrt(np.nanmean(np.concatenate(parts) ** 2, axis=0))
 
 
 def test_residual_of_the_pipeline(recordings):
@@ -105,3 +107,27 @@ def test_velocity_lags_position_by_14_ms(tracking):
         product = product + (shortfall * change).sum(0)
         square = square + (change ** 2).sum(0)
     np.testing.assert_allclose(product / square, 0.014, atol=0.002)
+
+
+def test_re_timed_bursts_are_as_good_as_even_stamps(tracking):
+    period, all_ = tracking
+    samples = [field[:2000] for field in all_[2]]
+    t = 0.3 + np.arange(2000) * period
+    retiming = Retiming('auto')
+    arrivals = [round(x * 1e9) for x in bursts(t)]
+    retimed = [retiming.update(stamp, True) for stamp in arrivals]
+    assert retiming.retimed
+    settings, found = PredictorSettings(arm='left', stamps='header'), []
+    for stamps in ([round(x * 1e9) for x in t], retimed, arrivals):
+        predictor = Predictor(settings)
+        predictions = [predictor.handle(stamp, joint_names('left'), *sample).prediction
+                       for stamp, *sample in zip(stamps, *samples) if stamp is not None]
+        found.append([(p.qdd, p.residual) if p else np.full((2, 7), np.nan)
+                      for p in predictions[-1500:]])
+    (qdd, residual), (retimed_qdd, retimed_residual), (_, arrival_residual) = (
+        np.array(each).swapaxes(0, 1) for each in found)
+    ratio = rms([retimed_residual]) / rms([residual])
+    wrong = rms([retimed_qdd - qdd]) / rms([qdd])
+    print('residual times', ratio.round(3), 'acceleration differs by', wrong.round(4))
+    assert np.abs(ratio - 1).max() < 0.05 and wrong.max() < 0.05
+    assert (rms([arrival_residual]) / rms([residual])).max() > 1.2

@@ -181,25 +181,3 @@ def test_another_estimator_starts_anew_and_keeps_the_counts(change):
     assert found[-1].stamp_ns == wanted[-1].stamp_ns
     np.testing.assert_allclose(found[-1].residual, wanted[-1].residual, atol=1e-7)
     assert predictor.counts['taken'] == 100 and not any(predictor.counts[e] for e in RESETS)
-
-
-@pytest.mark.parametrize('event, change', [
-    (Event.RESET_GAP, lambda stamp, q, qd, effort: (stamp + 251 * MS, q, qd, effort)),
-    (Event.RESET_CLOCK_JUMP, lambda stamp, q, qd, effort: (stamp - 700 * MS, q, qd, effort)),
-    (Event.RESET_POSITION_JUMP, lambda stamp, q, qd, effort: (stamp, q + 0.1, qd, effort)),
-    (Event.RESET_VELOCITY_SOURCE, lambda stamp, q, qd, effort: (stamp, q, EMPTY, effort))],
-    ids=['gap', 'clock jump', 'position jump', 'velocity source'])
-def test_after_a_reset_predictions_are_withheld(event, change):
-    settings = PredictorSettings()
-    messages = measured(settings, 100)
-    predictor = Predictor(settings)
-    assert play(predictor, messages[:50])[-1] is not None
-    step = predictor.handle(*with_names(change(*messages[50])))
-    assert step.prediction is None
-    assert step.begins == (event is Event.RESET_GAP) == (step.dropped is None)
-    returned = play(predictor, [change(*message) for message in messages[51:]])
-    to_confirm = event is not Event.RESET_GAP
-    settling = 20 + to_confirm
-    assert [p is None for p in returned] == [True] * settling + [False] * (49 - settling)
-    assert predictor.counts[Event.UNCONFIRMED] == to_confirm
-    assert predictor.counts[event] == 1

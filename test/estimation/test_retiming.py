@@ -83,16 +83,6 @@ def test_arrivals_are_recognised(pattern, rate):
     assert max(recognised) < (1.0 if rate >= 100 else 3.0)
 
 
-def test_withheld_between_recognition_and_lock():
-    arrivals = stalled(made(100.0, 10.0))
-    out, restarted = run(Retiming('auto'), arrivals)
-    recognised = np.flatnonzero(np.isnan(out))
-    assert 5 < recognised[0] and recognised[-1] < 105
-    assert np.isnan(out[recognised[0]:recognised[-1]]).all()
-    assert np.flatnonzero(restarted).tolist() == [0, recognised[-1] + 1]
-    np.testing.assert_allclose(out[:recognised[0]], arrivals[:recognised[0]], atol=1e-6)
-
-
 # ---- what can happen
 
 @pytest.mark.parametrize('rates', [(400.0, 100.0), (100.0, 120.0), (38.0, 1000.0)])

@@ -69,12 +69,6 @@ def test_receipt_needs_no_header_stamps():
             np.testing.assert_allclose(found.residual, wanted.residual, atol=1e-4)
 
 
-@pytest.mark.parametrize('t, source', [(T, 'header'), (bursts(T), 'arrival')])
-def test_receipt_is_not_used_where_stamps_advance(t, source):
-    predictor, _ = play(nanoseconds(t))
-    assert predictor.stream.clock.source == source
-
-
 def test_one_stall_of_the_receiver_does_not_discredit_stamps():
     receipts = T.copy()
     receipts[400:500] = T[500]

@@ -165,13 +165,3 @@ def test_a_reset_forgets_the_stream_and_keeps_the_counts(stream):
     assert take(stream, -100 * MS, q=Q + 1.0).begins
     assert not take(stream, -90 * MS, q=Q + 1.0).begins
     assert stream.counts == {'received': 3, 'taken': 3, Event.RESET_REQUESTED: 1}
-
-
-def test_a_reset_forgets_what_stamps_were_recognised_to_be():
-    stream = Stream('right', 'auto')
-    for i, after in enumerate(ARRIVALS[:300]):
-        take(stream, after, q=Q + 1e-4 * (i % 10))
-    assert stream.clock.retimed
-    stream.reset()
-    assert not stream.clock.retimed
-    assert take(stream, 0).begins
