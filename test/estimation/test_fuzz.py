@@ -29,7 +29,7 @@ from hypothesis import settings as profile, stateful, strategies as st  # noqa: 
 pytestmark = pytest.mark.filterwarnings('error')
 
 LONGER = int(os.environ.get('BAXTER_DYNAMICS_FUZZ', '0'))
-PROFILE = profile(max_examples=LONGER or 40, derandomize=not LONGER, database=None, deadline=None,
+PROFILE = profile(max_examples=LONGER or 60, derandomize=not LONGER, database=None, deadline=None,
                   stateful_step_count=40)
 REACHED = Counter()  # what occurred, of all sequences
 
