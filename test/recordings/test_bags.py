@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.reader import BagRecording  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bag_files import type_store  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.reader import BagRecording  # noqa: E402
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 from mcap.reader import make_reader  # noqa: E402
 from mcap.writer import IndexType, Writer  # noqa: E402
-from rosbags.typesys import get_typestore, Stores  # noqa: E402
+from rosbags.typesys import Stores  # noqa: E402
 import zstandard  # noqa: E402
 
 TOPIC, JOINT_STATE = '/robot/joint_states', 'sensor_msgs/msg/JointState'
@@ -142,8 +143,8 @@ def rewrite(make_bag, tmp_path):
 
 def to_ros1(raw):
     """Return a joint state in the format of ROS 1."""
-    message = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(raw, JOINT_STATE)
-    store = get_typestore(Stores.ROS1_NOETIC)
+    message = type_store(Stores.ROS2_JAZZY).deserialize_cdr(raw, JOINT_STATE)
+    store = type_store(Stores.ROS1_NOETIC)
     header = store.types['std_msgs/msg/Header'](7, message.header.stamp, 'base')
     return store.serialize_ros1(store.types[JOINT_STATE](
         header, message.name, message.position, message.velocity, message.effort), JOINT_STATE)
