@@ -114,13 +114,14 @@ def make_bag(tmp_path):
     (stamp_ns, names, position, velocity, effort). Kinds are 'mcap', 'sqlite3' and 'ros1'.
     """
     pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
+    from baxter_dynamics_ros.recordings.bag_files import type_store
     from rosbags import rosbag1, rosbag2
-    from rosbags.typesys import get_typestore, Stores
+    from rosbags.typesys import Stores
 
     def make(messages, kind='mcap', name='run', compression=None):
         is_ros1 = kind == 'ros1'
         path = tmp_path / (f'{name}.bag' if is_ros1 else name)
-        store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_JAZZY)
+        store = type_store(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_JAZZY)
         serialise = store.serialize_ros1 if is_ros1 else store.serialize_cdr
         writer = rosbag1.Writer(path) if is_ros1 else rosbag2.Writer(
             path, version=9, storage_plugin=rosbag2.StoragePlugin[kind.upper()])
