@@ -53,16 +53,15 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     problem = Problem(settings, terms, _robust(free, preliminary))
     steps, unidentifiable, _ = choose(problem, wanted)
     progress('judging on what was left out')
-    fit, last = best_fit(problem, steps)
+    fit, given_up = best_fit(problem, steps[-1:] if only else steps)
     parameters = fit.parameters
-    notices += _doubts(parameters, unidentifiable,
-                       [step.term for step in steps[last + 1:] if step.joints])
+    notices += _doubts(parameters, unidentifiable, [step.term for step in given_up if step.joints])
     judged = [one if len(part) == len(motion) else replace(
                   one, with_contact=rms(residual(motion, problem.updated(b))))
               for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
-        settings.arm, settings, fit.settings, parameters, steps[:last + 1], judged, by_time, lag,
-        contacts, tuple(notices), samples=sum(map(len, free)),
+        settings.arm, settings, fit.settings, parameters, steps[:len(steps) - len(given_up)],
+        judged, by_time, lag, contacts, tuple(notices), samples=sum(map(len, free)),
         duration=sum(motion.duration for motion in free), s1_range=(low, high))
 
 

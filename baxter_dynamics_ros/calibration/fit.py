@@ -43,12 +43,9 @@ def choose(problem: Problem, wanted: Collection[str]
     return steps, lost, problem.updated(b)
 
 
-def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple['Fit', int]:
-    """
-    Return the fit of all selected terms, or of an earlier step if that predicts better.
-
-    The number is the index of the last step that is part of the fit.
-    """
+def best_fit(problem: Problem, steps: Sequence[Selection]
+             ) -> tuple['Fit', Sequence[Selection]]:
+    """Return the fit of the last step, or of a better earlier one, and the steps after that."""
     errors = np.array([_log_error(step.rms) for step in steps])
     last = len(steps) - 1
     fit = Fit(problem, steps[last])
@@ -61,7 +58,7 @@ def best_fit(problem: Problem, steps: Sequence[Selection]) -> tuple['Fit', int]:
             fit, last = other, earlier
         else:
             errors[earlier] = np.inf  # the quick fit of this step promised too much
-    return fit, last
+    return fit, steps[last + 1:]
 
 
 class Fit:

@@ -4,7 +4,8 @@ from functools import lru_cache
 
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
-from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.model.effort import EffortModel, SPRING_RANGE
+from baxter_dynamics_ros.model.joints import JOINTS, S1
 from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
 from calibration.known_robot import kept, observe_once, Recording, warnings
 import numpy as np
@@ -120,6 +121,16 @@ def test_what_a_real_arm_shows(fitted):
     assert set(joints['bias']) == set(JOINTS)
     assert set(joints['coulomb']) >= {'s0', 'e0', 'w0'}
     assert 's1' in joints['dahl']
+
+
+def test_documented_command_finds_the_default_spring(load):
+    found = calibrate([*load('left_arm_tracking', 'left'), *load('point_to_point', 'left')],
+                      only=('spring', 'coulomb'))
+    q = np.zeros((200, 7))
+    q[:, S1] = np.linspace(*SPRING_RANGE, 200)
+    fitted, default = (model.spring(q) + model.bias for model in (
+        found.after.model.effort_model, EffortModel()))
+    assert 0.01 < np.abs(fitted - default).max() < 0.5  # [N m]
 
 
 @pytest.mark.parametrize('payload, limit', [(True, KITTING), (False, WITHOUT_GRIPPER)],
