@@ -10,6 +10,7 @@ from typing import Any
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
 import trimesh
+from trimesh.geometry import align_vectors
 import viser
 from viser import uplot
 from viser.transforms import SO3
@@ -18,14 +19,15 @@ import yourdfpy  # type: ignore[import-untyped]
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.effort import BAND
-from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import joint_names, JOINTS, mount, SIDES
+from ..model.lagrange_euler import link_transform
 
 Color = tuple[int, int, int]
 
 _ARMS = [name for side in SIDES for name in joint_names(side)]
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'example-robot-data', 'robots', 'baxter_description')
-_TOUCHED, _FORCE = (255, 140, 0), (200, 30, 20)
+_TOUCHED, _FORCE, _PLAIN = (255, 140, 0), (200, 30, 20), (120, 128, 136)
+_RADIUS = 0.05  # of a capsule [m]
 _CELL = 0.006  # [m]; the manufacturer's 400,000 triangles are slow to load and to draw
 _METRES_PER_NEWTON = 0.015
 _LONGEST = 0.6  # of the arrow [m]
@@ -38,7 +40,7 @@ _CLEAR, _SHADE = 'rgba(0, 0, 0, 0)', 'rgba(31, 119, 201, 0.16)'
 
 
 class Scene:
-    """The manufacturer's robot, and the external force at one of its hands."""
+    """The manufacturer's robot, or capsules along its links, and the force at one hand."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = server.scene
@@ -55,14 +57,13 @@ class Scene:
         self._label = self._scene.add_label('/newtons', '', visible=False)
         server.initial_camera.position = (1.7, -1.15, 0.5)
         server.initial_camera.look_at = (0.25, 0.0, -0.05)
-        folder = next((path for each in sys.path if (path := Path(each) / _IN_WHEEL).is_dir()),
-                      None)
-        if folder is None:
-            raise BaxterDynamicsError("the robot's meshes are missing: pip install "
-                                      'example-robot-data')
-        urdf = yourdfpy.URDF.load(str(folder / 'urdf' / 'baxter.urdf'), load_meshes=False,
-                                  build_scene_graph=False)
-        self._add_link(urdf, folder, 'base', '/robot', '')
+        folders = [path for each in sys.path if (path := Path(each) / _IN_WHEEL).is_dir()]
+        if folders:
+            urdf = yourdfpy.URDF.load(str(folders[0] / 'urdf' / 'baxter.urdf'), load_meshes=False,
+                                      build_scene_graph=False)
+            self._add_link(urdf, folders[0], 'base', '/robot', '')
+        else:
+            self._add_capsules()
 
     def move(self, positions: dict[str, float]) -> None:
         """Move joints to positions by name [rad]."""
@@ -103,14 +104,35 @@ class Scene:
                         color=color)
                     self._meshes.setdefault(moved_by, []).append((mesh, color))
         for joint in (each for each in urdf.joint_map.values() if each.parent == link):
-            pose = np.eye(4) if joint.origin is None else joint.origin
-            rotation, below = SO3.from_matrix(pose[:3, :3]), f'{path}/{joint.child}'
-            frame = self._scene.add_frame(below, show_axes=False, position=pose[:3, 3],
-                                          wxyz=rotation.wxyz)
-            is_of_arm = joint.name in _ARMS
-            if is_of_arm:
-                self._joints[joint.name] = frame, rotation
+            below, is_of_arm = f'{path}/{joint.child}', joint.name in _ARMS
+            self._add_frame(below, np.eye(4) if joint.origin is None else joint.origin,
+                            joint.name if is_of_arm else '')
             self._add_link(urdf, folder, joint.child, below, joint.name if is_of_arm else moved_by)
+
+    def _add_frame(self, path: str, pose: Array, joint: str) -> None:
+        """Add a frame with a pose (4, 4) in its parent, which a joint of an arm may turn."""
+        rotation = SO3.from_matrix(pose[:3, :3])
+        frame = self._scene.add_frame(path, show_axes=False, position=pose[:3, 3],
+                                      wxyz=rotation.wxyz)
+        if joint:
+            self._joints[joint] = frame, rotation
+
+    def _add_capsules(self) -> None:
+        """Add a capsule along each link of the arms, for want of meshes."""
+        for side, arm in self._arms.items():
+            path, pose = '/robot', arm.mount
+            for i, joint in enumerate(joint_names(side)):
+                path += f'/{joint}'
+                self._add_frame(path, pose, joint)
+                pose = link_transform(arm.parameters, i, np.zeros(len(JOINTS)))
+                end = pose[:3, 3]  # origin of the next frame, behind this joint
+                turn = align_vectors((0.0, 0.0, 1.0), end)  # type: ignore[no-untyped-call]
+                shape = trimesh.creation.capsule(np.linalg.norm(end), _RADIUS, transform=turn)
+                # Centred here, because the origin of capsules depends on the version of trimesh.
+                mesh = self._scene.add_mesh_simple(
+                    f'{path}/capsule', shape.vertices - shape.bounds.mean(axis=0) + end / 2.0,
+                    shape.faces, color=_PLAIN)
+                self._meshes[joint] = [(mesh, _PLAIN)]
 
 
 def force_of(wrench: WrenchStamped) -> Array:

@@ -9,6 +9,7 @@ import time
 
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.joints import joint_names, mount
+from baxter_dynamics_ros.model.lagrange_euler import transform
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from std_msgs.msg import Header
 pytest.importorskip('yourdfpy', reason='needs pip install ".[panel]"')
 viser = pytest.importorskip('viser', reason='needs pip install ".[panel]"')
 pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
+
+from viser.transforms import SE3  # noqa: E402, I100
 
 from baxter_dynamics_ros.cli import panel_views  # noqa: E402, I100
 
@@ -78,6 +81,25 @@ def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch):
     server.stop()
 
 
+def test_draws_capsules_along_the_links_without_meshes(monkeypatch):
+    monkeypatch.setattr(panel_views, '_IN_WHEEL', 'missing')
+    server = viser.ViserServer('localhost', 8500, verbose=False)
+    scene = panel_views.Scene(server)
+    scene.move(dict(zip(joint_names('left'), Q)))
+    arm, pose = BaxterArm(mount=mount('left')), np.eye(4)
+    for i, name in enumerate(joint_names('left'), 1):
+        frame, _ = scene._joints[name]
+        pose = pose @ SE3(np.array([*frame.wxyz, *frame.position])).as_matrix()
+        (mesh, _), = scene._meshes[name]
+        points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+        end = (arm.mount @ transform(arm.parameters, 0, i, Q))[:3, 3]
+        for center in pose[:3, 3], end:  # of the half spheres
+            distances = np.linalg.norm(points - center, axis=1)
+            assert np.isclose(distances, 0.05, atol=1e-6).sum() > 100 and distances.min() > 0.049
+    np.testing.assert_allclose(end, arm.forward_kinematics(Q)[:3, 3], atol=1e-12)
+    server.stop()
+
+
 @pytest.mark.timeout(300)  # software rendering takes most of a core
 def test_page_shows_a_push_and_its_buttons_act(domain, start):
     playwright = pytest.importorskip('playwright.sync_api', reason='needs Playwright')
@@ -93,12 +115,15 @@ def test_page_shows_a_push_and_its_buttons_act(domain, start):
         assert url.startswith('http://localhost:')
         with playwright.sync_playwright() as driver:
             window = driver.chromium.launch(executable_path=browser)
-            page = window.new_page(viewport={'width': 640, 'height': 400},
-                                   device_scale_factor=0.1)
-            page.set_default_timeout(40_000)
-            page.add_init_script(SLOWLY)
-            page.goto(url)
-            page.get_by_text('N at the hand').wait_for()
+            page, other = pages = [window.new_page(viewport={'width': 640, 'height': 400},
+                                                   device_scale_factor=0.1) for _ in range(2)]
+            for each in pages:
+                each.set_default_timeout(60_000)
+                each.add_init_script(SLOWLY)
+                each.goto(url)
+            for each in pages:
+                each.get_by_text('N at the hand').wait_for()
+            other.close()
 
             def press(button, answer):
                 # A click waits for the page to be still, which software rendering makes rare.
