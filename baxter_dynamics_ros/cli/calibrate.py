@@ -1,20 +1,15 @@
 """calibrate: a fit of the effort model to recordings of one robot."""
 
-from __future__ import annotations
-
 import argparse
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
 
 from .options import add_recordings, add_seed, new_folder, number, output_file, read_inputs
 from .terminal import progress, say, show_table
 from .. import __version__
+from ..calibration.calibration_results import Calibration
 from ..calibration.terms import OPTIONAL, TERMS
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import joint_names, JOINTS
-
-if TYPE_CHECKING:
-    from ..calibration.calibration_results import Calibration
 
 _RATE = 100.0  # of the recording of --plan [Hz]
 _REST = 1.0  # [s] recorded after the end of the trajectory, until the arm is at rest

@@ -22,8 +22,6 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
-    from sensor_msgs.msg import JointState
-
     from .listener import Listener
 
 # Separate from a real robot that may be on the same network.
@@ -113,9 +111,7 @@ def _print_output(processes: list[NodeProcess]) -> None:
 def _record(listener: Listener, duration: float) -> None:
     start = time.monotonic()
     with progress(duration) as update:
-        while (elapsed := time.monotonic() - start) < duration:
-            listener.wait(lambda: False, min(0.1, duration - elapsed))
-            update(elapsed, 'recording the residual')
+        listener.wait(lambda: update(time.monotonic() - start, 'recording the residual'), duration)
 
 
 def _call_services(listener: Listener) -> None:
@@ -140,8 +136,8 @@ def _call_services(listener: Listener) -> None:
             for field, values in fields.items()])
 
 
-def _compare(side: str, measured: list[JointState], predicted: list[JointState],
-             residual: list[JointState]) -> _Signals:
+def _compare(side: str, measured: list[Any], predicted: list[Any],
+             residual: list[Any]) -> _Signals:
     """Return the signals of one arm in joint states and predictions, and print their RMS."""
     from ..nodes.messages import from_field, stamp_ns
     effort = {stamp_ns(m.header): from_field(m.effort) for m in predicted}
@@ -192,7 +188,7 @@ def _rms(values: Array) -> Array:
     return np.sqrt(np.mean(values ** 2, axis=0))
 
 
-def _first_difference(messages: list[JointState], side: str) -> tuple[Indices, Array]:
+def _first_difference(messages: list[Any], side: str) -> tuple[Indices, Array]:
     """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
     from ..nodes.messages import from_field, stamp_ns
     selector = JointSelector(side)

@@ -1,21 +1,16 @@
 """evaluate: errors of the predicted effort in recordings, as a report."""
 
-from __future__ import annotations
-
 import argparse
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 import shlex
-from typing import TYPE_CHECKING
 
 from .options import add_recordings, output_folder, read_inputs
 from .terminal import progress, say, show_joints
 from ..model.exceptions import BaxterDynamicsError
-
-if TYPE_CHECKING:
-    from ..recordings.advice import Assessment
-    from ..recordings.evaluation_results import Evaluation, Statistics
+from ..recordings.advice import assess, Assessment
+from ..recordings.evaluation_results import Evaluation, Statistics
 
 DESCRIPTION = (
     'Predict the effort in recordings with the code of the node, compare it with the measured '
@@ -34,7 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
-    from ..recordings.advice import assess
     from ..recordings.evaluate_recordings import Evaluator
     from ..recordings.writer import new_bag, save_predictions
     from ..report.evaluation_report import write_evaluation
