@@ -54,7 +54,7 @@ class Setting:
     def check_parameter(self, value: Any) -> Any:
         """Return the value of a ROS parameter, checked; an integer is no decimal number there."""
         kind = type(self.default)
-        parts = list(value) if kind is tuple and isinstance(value, (list, array)) else []
+        parts = list(value) if kind is tuple and isinstance(value, (list, tuple, array)) else []
         if not (parts and type(parts[0]) is float if kind is tuple else type(value) is kind):
             raise ArgumentError(self.name, f'expected {_PARAMETERS[kind]}, got {value!r:.40}')
         return self.check(value)
