@@ -55,11 +55,11 @@ def test_bad_values_are_refused(refusals):
     cases = {
         'arm:=both': 'arm: expected one of right, left',
         'trajectory:=spiral': 'trajectory: expected one of circle, switch, lift, exciting, hold',
-        'payload.mass:=-1.0': 'payload.mass out of range Min: 0.0, Max: 10.0',
+        'payload.mass:=-1.0': 'payload.mass: expected a value in [0, 10] kg, got -1',
         'payload.center_of_mass:=[1.0]': 'payload.center_of_mass: expected shape (3,)',
         'gravity:=[0.0, 0.0, -98.1]': 'gravity[2]: expected a value in [-30, 30] m/s^2, got -98.1',
         'description:=/nowhere.urdf': '/nowhere.urdf: cannot be read',
-        'rate:=0.0': 'rate out of range Min: 1.0, Max: 1000.0',
+        'rate:=0.0': 'rate: expected a value in [1, 1000] Hz, got 0',
         'forse:=[1.0, 0.0, 0.0]': 'did you mean force?'}
     lines = refusals('fake_baxter', [[argument] for argument in cases])
     for problem, line in zip(cases.values(), lines):

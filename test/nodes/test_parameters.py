@@ -20,9 +20,9 @@ START = 10 ** 18  # [ns]
 REFUSED = {
     'arm:=both': "arm: expected one of right, left, got 'both'",
     'align:=1': 'align: expected true or false, got 1',
-    'contact.samples:=0': 'contact.samples out of range',
+    'contact.samples:=0': 'contact.samples: expected a value in [1, 1000], got 0',
     'acceleration.cutoff:=1': 'expected a number with a decimal point such as 1.0, got 1',
-    'payload.mass:=11.0': 'payload.mass out of range Min: 0.0, Max: 10.0',
+    'payload.mass:=11.0': 'payload.mass: expected a value in [0, 10] kg, got 11',
     'payload.mass:=.nan': 'payload.mass',
     'payload.inertia:=[0.1, 0.1, 0.1, 0.0, 0.0, 0.0]': 'payload.mass is zero',
     'gravity:=[0.0, 9.81]': 'gravity: expected shape (3,), got (2,)',
@@ -108,11 +108,19 @@ def test_at_run_time_bad_values_are_refused_and_nothing_changes(robot, predictor
             ({'payload.inertia': [0.1] * 3 + [0.0] * 3}, 'payload.inertia: expected zero where'),
             ({'payload.mass': 1.0, 'contact.samples': 0}, 'contact.samples'),
             ({'payload.mass': 1.0, 'align': 'no'}, 'align: expected true or false'),
-            ({'payload.mass': 1.0, 'payload.mas': 1.0}, 'undeclared parameter')):
+            ({'payload.mass': 1.0, 'payload.mas': 1.0}, 'did you mean payload.mass?')):
         result = set_parameters(robot, values)
         assert not result.successful and problem in result.reason, values
     assert parameters(robot) == before
     assert 'Traceback' not in predictor.output
+
+
+def test_a_large_request_is_bounded(robot, predictor):
+    answer = robot.call(SetParameters, 'set_parameters', SetParameters.Request(parameters=[
+        Parameter('payload.mass', value=0.001 * k).to_parameter_msg() for k in range(2000)]))
+    assert 100 <= sum(result.successful for result in answer.results) < 1000
+    assert 'too many changes' in answer.results[-1].reason
+    predictor.end()  # its parameters are changed
 
 
 def test_changes_apply_in_mid_stream(robot, predictor, stamps):
