@@ -18,12 +18,13 @@ from ..model.exceptions import ArgumentError
 # A change builds a model, which delays joint states by milliseconds.
 _AT_ONCE, _PER_SECOND = 100.0, 20.0
 
+
 class ParameterNode(Node):
     """
     Node whose parameters are declared from a table of settings.
 
-    Subclasses override ``build`` and ``apply``. Each value is checked before rclpy sees it, because
-    its reasons lack name or unit; then all together, at the start and whenever some are set.
+    Subclasses override ``build`` and ``apply``. Each value is checked before rclpy sees it,
+    because rclpy's reasons lack name or unit; then all values together.
     """
 
     def __init__(self, name: str) -> None:
