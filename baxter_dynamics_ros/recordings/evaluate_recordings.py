@@ -24,13 +24,15 @@ _IRREGULAR = 0.1
 _FEW = 100  # predictions below which statistics mean little
 _SPACING = 0.04  # of the residuals that are searched for contact [s]
 _PART = 4096  # samples over which the scale of the velocity counts as constant
+_MOST_SAMPLES = 2 ** 17  # kept: 22 minutes at 100 Hz
 
 
 class Evaluator:
     """
     Evaluates recordings one after another, and all of them together.
 
-    The arm is that of each recording. An hour at 100 Hz takes 0.6 GB of memory, until its end.
+    The arm is that of each recording. Memory does not grow with its length: of a long recording
+    every second, fourth, ... sample is kept for bands, data check and contact.
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
@@ -64,11 +66,10 @@ class _Run:
         self._next = WINDOW  # time of the next explanation [s]
         self._now = 0.0  # time of the latest estimate [s]
         self._last_ns = 0  # its stamp
-        nothing = np.empty((0, N_JOINTS))
-        self._samples = [Samples(np.empty(0), *[nothing] * 6)]
-        # Time since the previous measurement [s]; effort predicted by both methods, and expected
-        # deviation of the residual [N m].
-        self._others = [(np.empty(0), nothing, nothing, nothing)]
+        self._dt = [np.empty(0)]  # time since the previous measurement [s]
+        # Samples; effort predicted by both methods, and expected deviation of the residual [N m].
+        self._kept = [[np.empty(0), *[np.empty((0, N_JOINTS))] * 9]]
+        self._seen, self._stride = 0, 1
 
     def add(self, block: Block) -> None:
         """Add a block of estimates."""
@@ -82,9 +83,17 @@ class _Run:
         self._now, self._last_ns = time[-1], stamp_ns[-1]
         self._explain(time, prediction)
         assert measured is not None  # in a block it is NaN instead
-        self._samples.append(Samples(time, q, qd, qdd, measured, block.q, block.measured_qd))
-        self._others.append((block.dt, prediction.effort, efforts['newton_euler'][1],
-                             prediction.deviation))
+        self._keep(time, q, qd, qdd, measured, block.q, block.measured_qd, prediction.effort,
+                   efforts['newton_euler'][1], prediction.deviation)
+        self._dt.append(block.dt)
+
+    def _keep(self, *columns: Array) -> None:
+        """Keep every sample, or every second, fourth, ... of a long recording."""
+        self._kept.append([x[-self._seen % self._stride::self._stride].copy() for x in columns])
+        self._seen += len(columns[0])
+        if self._seen > _MOST_SAMPLES * self._stride:
+            self._kept = [[np.concatenate(parts)[::2].copy() for parts in zip(*self._kept)]]
+            self._stride *= 2
 
     def _compare(self, block: Block, prediction: Prediction
                  ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
@@ -126,14 +135,14 @@ class _Run:
 
     def result(self, recording: Recording) -> Evaluation:
         """Return the results."""
-        samples = Samples(*map(np.concatenate, zip(*self._samples)))
-        dt, *efforts, deviation = map(np.concatenate, zip(*self._others))
+        *columns, first, second, deviation = map(np.concatenate, zip(*self._kept))
+        samples, efforts = Samples(*columns), (first, second)
         residuals = [samples.effort - effort for effort in efforts]
         time, bands = bands_of(samples.time, {
             'measured': samples.effort, **dict(zip(METHODS, efforts)), 'deviation': deviation,
             **dict(zip((f'error_{name}' for name in METHODS), residuals))})
         check, contacts = self._check(samples, residuals[0])
-        stamps = stamp_statistics(dt)
+        stamps = stamp_statistics(np.concatenate(self._dt))
         return Evaluation(
             **vars(self._statistics[0].result()) | {'arm': recording.arm},
             name=recording.name, topic=recording.topic,

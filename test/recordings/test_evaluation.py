@@ -213,6 +213,21 @@ def test_sums_do_not_cancel(rng):
         np.corrcoef(measured[:, i], predicted[:, i])[0, 1] for i in range(7)], rtol=1e-6)
 
 
+def test_a_long_recording_is_thinned_for_bands_and_check_only(monkeypatch):
+    recording = Recording(2500)
+    whole = evaluate(recording)
+    monkeypatch.setattr(f'{Evaluator.__module__}._MOST_SAMPLES', 600)
+    thinned = evaluate(recording)
+    for after, before in zip(*(each.methods['lagrange_euler'] for each in (thinned, whole))):
+        np.testing.assert_array_equal(after, before)
+    assert thinned.duration == whole.duration and thinned.notices == whole.notices
+    np.testing.assert_allclose(thinned.check.gain, whole.check.gain, atol=0.05)
+    assert len(thinned.time) > 300  # intervals of 0.08 s of 25 s
+    lower, higher = (band[:len(thinned.time)] for band in whole.bands['measured'])
+    low, high = thinned.bands['measured']
+    assert (low >= lower).all() and (high <= higher).all()
+
+
 @pytest.mark.parametrize('n', [0, 1, 1000, 1001, 5000])
 def test_bands_lose_no_peak(rng, n):
     time, signal = 0.01 * np.arange(n) + 0.003, rng.normal(size=(n, 7))
