@@ -1,5 +1,6 @@
-"""Arm mechanics: MuJoCo on the manufacturer's description, plus springs and friction."""
+"""One arm: MuJoCo on the manufacturer's description, springs, friction, and the sensors."""
 
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,13 +16,25 @@ from ..model.joints import joint_names, N_JOINTS
 from ..model.paper_tables import GRAVITY
 from ..model.parameters import Payload
 
-TIMESTEP = 0.001  # [s]
+TIMESTEP = 0.001  # of the simulation and of the encoder's readings [s]
 
 # Coulomb friction of the simulated arm, similar to that of real arms [N m].
 COULOMB = (0.4, 0.7, 0.3, 0.3, 0.1, 0.1, 0.03)
 
 # Torque limits of the manufacturer's robot description [N m].
 TORQUE_LIMIT = np.array([50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0])
+
+# Sensors, measured on real arms at rest; joint order s0 ... w2.
+POSITION_QUANTUM = 2 * np.pi / 16384  # [rad]
+EFFORT_QUANTUM = 0.004  # [N m]
+EFFORT_NOISE = np.array([0.075, 0.037, 0.075, 0.035, 0.008, 0.016, 0.011])  # sd [N m]
+# Chosen so that the published velocity has the measured noise of 0.013 rad/s.
+ENCODER_NOISE = 4.8e-4  # sd [rad]
+
+# The published velocity is the difference of two means over 6 encoder readings, 22 readings
+# apart, which makes it lag by (2.5 + 24.5) / 2 = 13.5 ms.
+MEAN_LENGTH = 6
+DISTANCE = 22
 
 _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
              f'<option timestep="{TIMESTEP}" integrator="implicitfast">'
@@ -119,3 +132,47 @@ def _compile(urdf: str) -> mujoco.MjModel:
     model = mujoco.MjModel.from_xml_string(urdf[:root_end] + _COMPILER + urdf[root_end:])
     model.dof_damping[:] = 0.0  # the value 0.7 in the description was never measured
     return model
+
+
+class Sensors:
+    """Joint sensors of one arm; without noise there is no quantisation, but the same lag."""
+
+    def __init__(self, noise: bool = True, seed: int = 0) -> None:
+        self._noise = noise
+        self._random = np.random.default_rng(seed)
+        self._encoder: deque[Array] = deque(maxlen=MEAN_LENGTH + DISTANCE)
+        self._pending: list[Array] = []  # true positions (7,) not yet sampled by the encoder [rad]
+
+    def read(self, q: Array) -> None:
+        """Read the true position (7,) [rad], once every TIMESTEP."""
+        self._pending.append(q)
+
+    def publish(self, effort: Array) -> tuple[Array, Array, Array]:
+        """
+        Return position [rad], velocity [rad/s] and effort [N m] as the robot publishes them.
+
+        ``effort`` (7,) [N m] is the true one.
+        """
+        if self._pending:
+            self._sample(np.array(self._pending))
+            self._pending.clear()
+        readings = np.array(self._encoder)
+        velocity = (readings[-MEAN_LENGTH:].mean(0) - readings[:MEAN_LENGTH].mean(0)) / (
+            DISTANCE * TIMESTEP)
+        if self._noise:
+            effort = _quantised(effort + EFFORT_NOISE * self._random.standard_normal(N_JOINTS),
+                                EFFORT_QUANTUM)
+        return readings[-1], velocity, effort
+
+    def _sample(self, q: Array) -> None:
+        """Sample positions (n, 7) [rad]."""
+        if self._noise:
+            q = _quantised(q + ENCODER_NOISE * self._random.standard_normal(q.shape),
+                           POSITION_QUANTUM)
+        if not self._encoder:  # the arm was at rest before the first reading
+            self._encoder.extend([q[0]] * (MEAN_LENGTH + DISTANCE))
+        self._encoder.extend(q)
+
+
+def _quantised(x: Array, quantum: float) -> Array:
+    return np.round(x / quantum) * quantum

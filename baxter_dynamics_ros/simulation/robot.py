@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import exciting_trajectory
-from .plant import default_truth, Plant, TIMESTEP, TORQUE_LIMIT
-from .sensors import Sensors
+from .plant import Plant, Sensors, TIMESTEP, TORQUE_LIMIT
 from .trajectories import HandTrajectory, JointTrajectory, mirror, poses
 from ..model.arrays import Array, finite
 from ..model.effort import EffortModel
@@ -76,7 +75,6 @@ class FakeBaxter:
         if trajectory not in TRAJECTORIES:
             raise ArgumentError('trajectory', f'expected one of {", ".join(TRAJECTORIES)}, '
                                 f'got {trajectory!r}')
-        truth = default_truth() if truth is None else truth
         self.plant = Plant(side, description, truth, payload, gravity)
         self.reference: HandTrajectory | JointTrajectory = _reference(side, trajectory)
         self.plant.place(self.reference.q)

@@ -5,9 +5,12 @@ from functools import lru_cache
 from arrivals import increases, made, PATTERNS, Retiming, run
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.simulation.sensors import Sensors
 import numpy as np
 import pytest
+
+pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
+
+from baxter_dynamics_ros.simulation.plant import Sensors  # noqa: E402, I100
 
 RATES = [38.0, 100.0, 1000.0]
 
