@@ -12,12 +12,11 @@ import traceback
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import NotInitializedException, ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import uninstall_signal_handlers
 from rclpy.utilities import remove_ros_args
 
-from .rclpy_internals import QuietExecutor
 from ..model.exceptions import BaxterDynamicsError
 
 _WAKE_PERIOD = 0.5  # maximum time until the executor notices a shutdown of the context [s]
@@ -25,7 +24,7 @@ _LOG_PERIOD = 1.0  # minimum time between log lines about failing callbacks [s]
 _SHUTDOWN_LIMIT = 8.0  # time limit for Fast DDS to destroy its participant [s]
 
 
-class GuardedExecutor(QuietExecutor):
+class GuardedExecutor(SingleThreadedExecutor):
     """Single-threaded executor that logs and counts exceptions in callbacks and continues."""
 
     def __init__(self) -> None:
@@ -33,22 +32,23 @@ class GuardedExecutor(QuietExecutor):
         self.failures = 0  # number of exceptions since the start
         self.last_failure = ''  # type and text of the last one
 
-    def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for one callback and run it; raise only after the context has been shut down."""
-        try:
-            super().spin_once(timeout_sec)
-        except ExternalShutdownException:
-            raise
-        except Exception as error:
-            if not self.context.ok():
-                raise ExternalShutdownException from error  # used after shutdown
-            self.failures += 1
-            self.last_failure = f'{type(error).__name__}: {error}'
-            cause = ''.join(traceback.format_exception(error)).rstrip()
-            for node in self.get_nodes():
-                node.get_logger().error(
-                    f'a callback failed and was skipped ({self.failures} so far): {cause}',
-                    throttle_duration_sec=_LOG_PERIOD)
+    def spin(self) -> None:
+        """Run callbacks until the context is shut down."""
+        while self.context.ok():
+            try:
+                self.spin_once()
+            except Exception as error:
+                if self.context.ok():  # otherwise something was used after the shutdown
+                    self._report(error)
+
+    def _report(self, error: Exception) -> None:
+        self.failures += 1
+        self.last_failure = f'{type(error).__name__}: {error}'
+        cause = ''.join(traceback.format_exception(error)).rstrip()
+        for node in self.get_nodes():
+            node.get_logger().error(
+                f'a callback failed and was skipped ({self.failures} so far): {cause}',
+                throttle_duration_sec=_LOG_PERIOD)
 
 
 def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None) -> int:

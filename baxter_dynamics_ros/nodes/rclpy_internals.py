@@ -3,33 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.subscription import Subscription
-
-
-class _NoGuard:
-
-    def trigger(self) -> None:
-        """Wake nobody."""
-
-
-class QuietExecutor(SingleThreadedExecutor):
-    """
-    Single-threaded executor that waits once per callback.
-
-    rclpy triggers a guard condition after each callback, for executors with several threads. The
-    next wait then ends at once, for nothing: a third of the executor's processor time.
-    """
-
-    _guard: Any
-
-    def _make_handler(self, *arguments: Any) -> Any:
-        guard, self._guard = self._guard, _NoGuard()
-        try:
-            return super()._make_handler(*arguments)
-        finally:
-            self._guard = guard
 
 
 def take_waiting(subscription: Subscription, limit: int) -> Iterator[tuple[Any, dict[str, Any]]]:

@@ -1,9 +1,7 @@
 """The private parts of rclpy that the nodes use are still there and do what they should."""
 
-from baxter_dynamics_ros.nodes.rclpy_internals import (given_parameters, QuietExecutor,
-                                                       take_waiting)
+from baxter_dynamics_ros.nodes.rclpy_internals import given_parameters, take_waiting
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
@@ -21,26 +19,6 @@ def test_waiting_messages_are_taken_in_order(robot):
         taken += [message.data for message, _ in take_waiting(subscription, 3)]
     assert taken == sent
     assert list(take_waiting(subscription, 3)) == []
-
-
-def test_executor_waits_once_per_callback(robot):
-    def waits(base):
-        class Counting(base):
-            count = 0
-
-            def can_execute(self, entity):  # asked for each entity before each wait
-                self.count += entity is timer
-                return super().can_execute(entity)
-        calls = []
-        timer = robot.create_timer(0.002, lambda: calls.append(0))
-        executor = Counting()
-        executor.add_node(robot)
-        while len(calls) < 20:
-            executor.spin_once()
-        executor.shutdown()
-        robot.destroy_timer(timer)
-        return executor.count
-    assert waits(QuietExecutor) < 30 < waits(SingleThreadedExecutor)
 
 
 def test_given_parameters_are_known_before_they_are_declared(domain):
