@@ -34,10 +34,6 @@ _NEEDED = {'scipy': 'scipy', 'yaml': 'pyyaml'}  # module -> package
 _MOST_SHOWN = 3000  # maximum number of positions from which progress is computed
 
 
-class _CancelledError(Exception):
-    """The goal was cancelled."""
-
-
 class CalibrateAction(WaitingRequest):
     """
     Action server that records joint states, fits the effort model and sets parameters.
@@ -55,7 +51,6 @@ class CalibrateAction(WaitingRequest):
         # and effort (7,), NaN where missing.
         self._rows: list[tuple[float, int, int, Array, Array, Array]] = []
         self._newest_ns = 0
-        self._is_recording = False
         self._process: subprocess.Popen[bytes] | None = None
         self._server = ActionServer(
             node, action, f'~/{topics.CALIBRATE}', self._execute, callback_group=self._group,
@@ -63,7 +58,7 @@ class CalibrateAction(WaitingRequest):
 
     def add(self, message: JointState, received_ns: int, step: Step) -> None:
         """Record a joint state while a goal is active."""
-        if not self._is_recording:
+        if not self._is_running:
             return
         layout = self._predictor.stream.selector.layout(message.name)
         if isinstance(layout, Event):
@@ -93,15 +88,14 @@ class CalibrateAction(WaitingRequest):
                     await self._record(handle)
                     self._use(await self._fit(handle), handle.request.file, result)
                 finally:
-                    self._is_recording = False
                     self._end_process()
             handle.succeed()
-        except _CancelledError:
-            handle.canceled()
-            result.message = 'cancelled; nothing was changed'
         except RefusedError as error:
-            handle.abort()
             result.message = f'nothing was changed: {error}'
+            if handle.is_cancel_requested:
+                handle.canceled()
+            else:
+                handle.abort()
         return result
 
     def _refuse(self, goal: Any) -> None:
@@ -124,7 +118,6 @@ class CalibrateAction(WaitingRequest):
         self._elapsed = 0.0  # [s] on the clock of the stamps
         self._newest_ns = 0
         self._values = self._node.values  # replaced by each change
-        self._is_recording = True
         reported = -np.inf
         while self._elapsed < handle.request.duration:
             self._refuse_old_states()
@@ -140,7 +133,6 @@ class CalibrateAction(WaitingRequest):
                     elapsed=self._elapsed, joint_names=self._names, seen=seen.seen.tolist(),
                     advice=seen.advice))
             await self._wait(handle)
-        self._is_recording = False
 
     async def _fit(self, handle: ServerGoalHandle) -> Any:
         """Return the result of the fit."""
@@ -188,7 +180,7 @@ class CalibrateAction(WaitingRequest):
     async def _wait(self, handle: ServerGoalHandle) -> None:
         await self._pause(_CHECK_PERIOD)
         if handle.is_cancel_requested:
-            raise _CancelledError
+            raise RefusedError('the goal was cancelled')
         if self._node.values != self._values:
             raise RefusedError('parameters were changed during the calibration')
 

@@ -1,31 +1,110 @@
 """Node torque_predictor: predicted effort, residual and external torque of one arm."""
 
 import sys
-from typing import Any
+from typing import Any, cast
 
-from rclpy.event_handler import SubscriptionEventCallbacks
+from geometry_msgs.msg import InertiaStamped, WrenchStamped
+import numpy as np
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from . import topics
 from .calibrate import CalibrateAction
 from .diagnostic_updater import DiagnosticUpdater
 from .diagnostics import PredictorDiagnostics
-from .messages import from_field, stamp_ns
+from .messages import from_field, joint_state, set_stamp, set_vector, stamp_ns, to_field
 from .process import run
-from .publishers import ResultPublishers
 from .rclpy_internals import take_waiting
 from .ros_parameters import ParameterNode
 from .services import DynamicsServices
 from .step_statistics import StepStatistics
 from .zero import ZeroService
-from ..estimation.explanation import ResidualExplainer
-from ..estimation.predictor import Predictor
+from ..estimation.explanation import PayloadEstimate, ResidualExplainer
+from ..estimation.external import External, ExternalEffort
+from ..estimation.predictor import Prediction, Predictor, Step
 from ..estimation.settings import PredictorSettings, SETTINGS
+from ..model.arrays import Array
 
 _EXPLAIN_PERIOD = 1_000_000_000  # [ns]
 _BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
+_TYPES = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
+          topics.RESIDUAL_DEVIATION: JointState, topics.EXTERNAL_EFFORT: JointState,
+          topics.EXTERNAL_WRENCH: WrenchStamped, topics.CONTACT: Bool,
+          topics.PAYLOAD_ESTIMATE: InertiaStamped}
+
+
+class ResultPublishers:
+    """Publishers of the results of one arm; results without subscribers are not published."""
+
+    def __init__(self, node: ParameterNode, predictor: Predictor, statistics: StepStatistics,
+                 settings: PredictorSettings) -> None:
+        self._predictor = predictor
+        self._statistics = statistics
+        self._has_hand_axes = settings.wrench_frame == 'hand'
+        self._hand = f'{settings.arm}_hand'
+        # rclpy's default event handlers cost time with every message.
+        self._publishers = {name: node.create_publisher(
+            kind, f'~/{name}', topics.PUBLISHER_QOS,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
+            for name, kind in _TYPES.items()}
+        # Messages are reused: rclpy copies them when it publishes.
+        self._joint_state = joint_state(predictor.stream.selector.names, 0)
+        self._wrench = WrenchStamped()
+        self._joint_state.header.frame_id = settings.frame_id
+        self._wrench.header.frame_id = self._hand if self._has_hand_axes else settings.frame_id
+
+    def publish(self, step: Step) -> None:
+        """Publish the results of a joint state."""
+        prediction, external = step.prediction, step.external
+        if prediction is not None:
+            efforts = {topics.PREDICTED_EFFORT: prediction.effort}
+            if prediction.residual is not None:
+                efforts |= {topics.EFFORT_RESIDUAL: prediction.residual,
+                            topics.RESIDUAL_DEVIATION: prediction.deviation}
+            self._publish_efforts(prediction, efforts)
+        if external is not None:
+            self._publish_efforts(external, {topics.EXTERNAL_EFFORT: external.effort})
+            if external.contact is not None and self._has_subscriber(topics.CONTACT):
+                self._publishers[topics.CONTACT].publish(Bool(data=external.contact))
+            if self._has_subscriber(topics.EXTERNAL_WRENCH):
+                self._publish_wrench(external)
+
+    def publish_payload(self, payload: PayloadEstimate, stamp_ns: int) -> None:
+        """Publish a payload that explains the residual; its inertia is not known."""
+        message = InertiaStamped()
+        set_stamp(message.header, stamp_ns)
+        message.header.frame_id = self._hand
+        message.inertia.m = payload.mass
+        set_vector(message.inertia.com, payload.center_of_mass)
+        self._publishers[topics.PAYLOAD_ESTIMATE].publish(message)
+
+    def _has_subscriber(self, topic: str) -> bool:
+        return self._publishers[topic].get_subscription_count() > 0
+
+    def _publish_efforts(self, result: Prediction | External, efforts: dict[str, Array]) -> None:
+        """Publish efforts by topic, with the stamp, position and velocity of a result."""
+        message = self._joint_state
+        set_stamp(message.header, result.stamp_ns)
+        message.position, message.velocity = to_field(result.q), to_field(result.qd)
+        for topic, effort in efforts.items():
+            if self._has_subscriber(topic):
+                message.effort = to_field(effort)
+                self._publishers[topic].publish(message)
+
+    def _publish_wrench(self, external: External) -> None:
+        wrench = cast(ExternalEffort, self._predictor.external).wrench(external)
+        self._statistics.add_wrench(wrench)
+        if wrench is not None:
+            message = self._wrench
+            set_stamp(message.header, external.stamp_ns)
+            axes = (self._predictor.model.arm.forward_kinematics(external.q)[:3, :3]
+                    if self._has_hand_axes else np.eye(3))
+            set_vector(message.wrench.force, wrench.force @ axes)
+            set_vector(message.wrench.torque, wrench.torque @ axes)
+            self._publishers[topics.EXTERNAL_WRENCH].publish(message)
 
 
 class TorquePredictor(ParameterNode):
@@ -47,8 +126,8 @@ class TorquePredictor(ParameterNode):
                 matched=lambda info: self._statistics.loss.matched(info.total_count_change)),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
-        self._model = settings.model  # that the explainer knows
-        self._explainer = ResidualExplainer(self._model.arm, self._model.effort_model)
+        model = self._predictor.model
+        self._explainer = ResidualExplainer(model.arm, model.effort_model)
         self._explained_ns = 0  # stamp of the last prediction that was explained
         self._diagnostics = PredictorDiagnostics(
             self, topic, self._predictor, self._statistics)
@@ -65,7 +144,11 @@ class TorquePredictor(ParameterNode):
 
     def apply(self, built: PredictorSettings) -> None:
         """Change the predictor's settings in mid-stream."""
+        before = self._predictor.model
         self._predictor.configure(built)
+        model = self._predictor.model
+        if model is not before:
+            self._explainer.configure(model.arm, model.effort_model)
 
     def destroy_node(self) -> None:
         """End a fit that is running, then destroy the node."""
@@ -93,9 +176,6 @@ class TorquePredictor(ParameterNode):
         self._results.publish(step)
         self._zero.add(step)
         if step.prediction is not None:
-            if self._model is not self._predictor.model:
-                self._model = self._predictor.model
-                self._explainer.configure(self._model.arm, self._model.effort_model)
             self._explainer.add(step.prediction, step.external and step.external.contact)
         if self._calibrate is not None:
             self._calibrate.add(message, received_ns, step)
