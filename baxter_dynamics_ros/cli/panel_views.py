@@ -24,7 +24,7 @@ from ..model.lagrange_euler import link_transform
 
 Color = tuple[int, int, int]
 
-_ARMS = [name for side in SIDES for name in joint_names(side)]
+_ARM_JOINTS = [name for side in SIDES for name in joint_names(side)]
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'example-robot-data', 'robots', 'baxter_description')
 _TOUCHED, _FORCE, _PLAIN = (255, 140, 0), (200, 30, 20), (120, 128, 136)
 _RADIUS = 0.05  # of a capsule [m]
@@ -45,7 +45,7 @@ class Scene:
     def __init__(self, server: viser.ViserServer) -> None:
         self._scene = server.scene
         self._arms = {side: BaxterArm(mount=mount(side)) for side in SIDES}
-        self._joints: dict[str, tuple[viser.FrameHandle, SO3]] = {}  # with its fixed rotation
+        self._joints: dict[str, tuple[viser.FrameHandle, SO3]] = {}  # and rotation at 0 rad
         self._meshes: dict[str, list[tuple[viser.MeshHandle, Color]]] = {}  # by joint
         self._touched: set[str] = set()
         self._scene.set_up_direction('+z')
@@ -104,10 +104,9 @@ class Scene:
                         color=color)
                     self._meshes.setdefault(moved_by, []).append((mesh, color))
         for joint in (each for each in urdf.joint_map.values() if each.parent == link):
-            below, is_of_arm = f'{path}/{joint.child}', joint.name in _ARMS
-            self._add_frame(below, np.eye(4) if joint.origin is None else joint.origin,
-                            joint.name if is_of_arm else '')
-            self._add_link(urdf, folder, joint.child, below, joint.name if is_of_arm else moved_by)
+            below, name = f'{path}/{joint.child}', joint.name if joint.name in _ARM_JOINTS else ''
+            self._add_frame(below, np.eye(4) if joint.origin is None else joint.origin, name)
+            self._add_link(urdf, folder, joint.child, below, name or moved_by)
 
     def _add_frame(self, path: str, pose: Array, joint: str) -> None:
         """Add a frame with a pose (4, 4) in its parent, which a joint of an arm may turn."""
