@@ -118,7 +118,7 @@ def test_page_shows_a_push_and_its_buttons_act(domain, start):
             page, other = pages = [window.new_page(viewport={'width': 640, 'height': 400},
                                                    device_scale_factor=0.1) for _ in range(2)]
             for each in pages:
-                each.set_default_timeout(60_000)
+                each.set_default_timeout(120_000)
                 each.add_init_script(SLOWLY)
                 each.goto(url)
             for each in pages:
