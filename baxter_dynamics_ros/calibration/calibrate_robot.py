@@ -115,7 +115,7 @@ def _split(motion: Motion, notices: list[Notice]) -> list[Motion]:
                           'fitted to the others. A motion that repeats lap after lap makes this '
                           'look better than it is: record another'))
     edges = np.linspace(0, len(motion), _PARTS + 1).astype(int)
-    return [motion.take(slice(*pair), f'{motion.name}, part {k + 1}')
+    return [replace(motion.take(slice(*pair)), name=f'{motion.name}, part {k + 1}')
             for k, pair in enumerate(zip(edges, edges[1:]))]
 
 

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -32,28 +32,15 @@ class CalibrationError(BaxterDynamicsError):
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """The n estimates of a recording that have a measured effort; joint order s0 ... w2."""
+class Motion(Samples):
+    """Samples of a recording, their weights in a fit, and what follows from them."""
 
     name: str
-    time: Array  # (n,) instants of the estimates, relative to the first [s]
-    q: Array  # (n, 7) [rad]
-    qd: Array  # (n, 7) [rad/s]
-    qdd: Array  # (n, 7) [rad/s^2]
-    effort: Array  # (n, 7) measured [N m]
-    newest_q: Array  # (n, 7) newest position at the time of the estimate [rad]
-    newest_qd: Array  # (n, 7) newest measured velocity [rad/s]; NaN if missing
-    weight: Array  # (n, 7) weight of each measured effort in a fit
+    weight: Array  # (n, 7) of each measured effort
     counts: dict[Any, int] = field(default_factory=dict)  # counts of the stream handler
 
     def __len__(self) -> int:
         return len(self.time)
-
-    def take(self, rows: Any, name: str | None = None) -> 'Motion':
-        """Return some rows, a slice or (n,) bool, as a motion with the same or another name."""
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return replace(self, name=name or self.name, **{
-            key: value[rows] for key, value in values.items() if isinstance(value, np.ndarray)})
 
     @cached_property
     def segments(self) -> list[slice]:
@@ -70,8 +57,8 @@ class Motion:
         """Typical time between two estimates [s]."""
         return float(np.median(np.diff(self.time)))
 
-    def presliding(self, *lengths: float) -> Array:
-        """Return Dahl's state (n, m, 7) for m angles over which friction reverses [rad]."""
+    def presliding(self, *lengths: float) -> dict[float, Array]:
+        """Return Dahl's states (n, 7) by the angle over which friction reverses [rad]."""
         missing = [length for length in lengths if length not in self._presliding]
         if missing:
             states = []
@@ -79,11 +66,11 @@ class Motion:
                 state = Presliding(np.array(missing)[:, None])
                 states += [state.update(q) for q in self.q[segment]]
             self._presliding.update(zip(missing, np.array(states).swapaxes(0, 1)))
-        return np.stack([self._presliding[length] for length in lengths], axis=1)
+        return self._presliding
 
     @cached_property
     def _presliding(self) -> dict[float, Array]:
-        """States so far, (n, 7) by length: every fit needs the same."""
+        """States so far: every fit needs the same."""
         return {}
 
 
@@ -99,14 +86,14 @@ def observe(recording: Recording, settings: PredictorSettings) -> Motion:
         parts.append([x[valid] for x in (stamps, q, qd, qdd, measured, block.q,
                                          block.measured_qd)])
     stamps, q, qd, qdd, effort, newest_q, newest_qd = map(np.concatenate, zip(*parts))
-    return Motion(recording.name, (stamps - stamps[:1]) * 1e-9, q, qd, qdd, effort, newest_q,
-                  newest_qd, np.ones(q.shape), dict(predictor.counts))
+    return Motion((stamps - stamps[:1]) * 1e-9, q, qd, qdd, effort, newest_q, newest_qd,
+                  recording.name, np.ones(q.shape), dict(predictor.counts))
 
 
 def residual(motion: Motion, settings: PredictorSettings) -> Array:
     """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
     model = settings.model.effort_model
-    presliding = (motion.presliding(model.dahl_length)[:, 0] if model.has_dahl
+    presliding = (motion.presliding(model.dahl_length)[model.dahl_length] if model.has_dahl
                   else np.zeros(motion.q.shape))
     result = Predictor(settings).predict(Estimate(
         np.round(motion.time * 1e9).astype(int), motion.q, motion.qd, motion.qdd, motion.effort,
@@ -187,9 +174,7 @@ def refuse(motions: list[Motion]) -> None:
 
 def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck | None':
     """Return the check of the data; raise CalibrationError if they contradict the model."""
-    check = check_samples([
-        Samples(motion.time, motion.q, motion.qd, motion.qdd, motion.effort, motion.newest_q,
-                motion.newest_qd) for motion in motions], settings)
+    check = check_samples(motions, settings)
     reasons = [problem.text for problem in check.problems if problem.refuses] if check else []
     if reasons:
         raise CalibrationError('; '.join(reasons))

@@ -53,7 +53,7 @@ class Problem:
         sums = np.zeros((N_JOINTS, p + 1, p + 1))
         lengths = {self._model.effort_model.dahl_length, *(
             term.constants['dahl_length'] for term, _ in self.terms if term.name == 'dahl')}
-        presliding = dict(zip(lengths, motion.presliding(*lengths).swapaxes(0, 1)))
+        presliding = motion.presliding(*lengths)
         for start in range(0, len(motion), _ROWS):
             rows = slice(start, start + _ROWS)
             part = motion.take(rows)

@@ -39,19 +39,12 @@ _REQUIRED = (
 )
 
 
-class Progress(NamedTuple):
-    """Motion seen so far."""
-
-    seen: Array  # (7,) share of the required motion, 0 to 1
-    advice: str  # the motion that is missing most, in one line
-
-
-def progress(time: Array, q: Array) -> Progress:
+def progress(time: Array, q: Array) -> tuple[Array, str]:
     """
-    Return how much of the required motion positions q (n, 7) [rad] at times (n,) [s] show.
+    Return the share of the required motion that was seen, (7,), and what is missing most.
 
-    Speed and acceleration are those of the positions, because measured velocities have too much
-    noise on some arms.
+    Positions q are (n, 7) [rad], times (n,) [s]. They give speed and acceleration too, because
+    measured velocities have too much noise on some arms.
     """
     shares = np.zeros((len(_REQUIRED), N_JOINTS))
     stride = max(round(_STEP / float(np.median(np.diff(time)))), 1) if len(time) > 1 else 1
@@ -64,8 +57,8 @@ def progress(time: Array, q: Array) -> Progress:
         shares = np.clip(shown / np.array([[least] for least, _ in _REQUIRED]), 0.0, 1.0)
     worst = int(np.argmin(shares.mean(1)))
     lacking = ', '.join(JOINTS[i] for i in np.flatnonzero(shares[worst] < 1.0))
-    return Progress(shares.min(0), _REQUIRED[worst][1].format(lacking) if lacking else
-                    'all joints have moved enough; further motion improves the result')
+    return shares.min(0), (_REQUIRED[worst][1].format(lacking) if lacking else
+                           'all joints have moved enough; further motion improves the result')
 
 
 class Result(NamedTuple):

@@ -127,11 +127,11 @@ class CalibrateAction(WaitingRequest):
             if time.monotonic() - reported > _FEEDBACK_PERIOD and self._rows:
                 reported = time.monotonic()
                 shown = self._rows[::len(self._rows) // _MOST_SHOWN + 1]
-                seen = progress(np.array([row[0] for row in shown]),
-                                np.array([row[3] for row in shown]))
+                seen, advice = progress(np.array([row[0] for row in shown]),
+                                        np.array([row[3] for row in shown]))
                 handle.publish_feedback(self._action.Feedback(
-                    elapsed=self._elapsed, joint_names=self._names, seen=seen.seen.tolist(),
-                    advice=seen.advice))
+                    elapsed=self._elapsed, joint_names=self._names, seen=seen.tolist(),
+                    advice=advice))
             await self._wait(handle)
 
     async def _fit(self, handle: ServerGoalHandle) -> Any:

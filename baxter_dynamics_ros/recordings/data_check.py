@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ _MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
 _SAME = np.arange(N_JOINTS)
 
+_Samples = TypeVar('_Samples', bound='Samples')
+
 
 @dataclass(frozen=True)
 class Notice:
@@ -40,16 +42,22 @@ class Notice:
         return f'{self.recording}: {self.text}' if self.recording else self.text
 
 
-class Samples(NamedTuple):
-    """Consecutive samples of a recording; arrays (n, 7) in joint order."""
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Estimates of a recording that have a measured effort; arrays (n, 7) in joint order."""
 
-    time: Array  # (n,) [s]
+    time: Array  # (n,) instants of the estimates [s]
     q: Array  # [rad]
-    qd: Array
-    qdd: Array
+    qd: Array  # [rad/s]
+    qdd: Array  # [rad/s^2]
     effort: Array  # measured [N m]
-    newest_q: Array  # of the newest message at that time [rad]
-    newest_qd: Array
+    newest_q: Array  # newest position at the time of the estimate [rad]
+    newest_qd: Array  # newest measured velocity [rad/s]; NaN if missing
+
+    def take(self: _Samples, rows: 'slice | Bools') -> _Samples:
+        """Return some rows, a slice or (n,) bool."""
+        return replace(self, **{name: value[rows] for name, value in vars(self).items()
+                                if isinstance(value, np.ndarray)})
 
 
 class Gain(NamedTuple):
@@ -90,7 +98,8 @@ def check_samples(parts: Sequence[Samples], settings: PredictorSettings) -> 'Dat
     duration = float(sum(step[(step > 0.0) & (step < 0.3)].sum() for step in steps))  # [s]
     if duration < _SHORTEST:
         return None
-    columns = [np.concatenate(column) for column in zip(*(part[1:5] for part in parts))]
+    columns = [np.concatenate(column) for column in zip(*(
+        (part.q, part.qd, part.qdd, part.effort) for part in parts))]
     stride = 1
     while len(columns[0]) > _ROWS * stride:
         stride *= 2

@@ -157,8 +157,8 @@ class _Run:
                ) -> 'tuple[DataCheck | None, list[Contact]]':
         """Return the data check, and contacts unless errors of the model would look like them."""
         there = np.isfinite(residual[:, 0])
-        samples = Samples(*(x[there] for x in samples))
-        check = check_samples([Samples(*(x[i:i + _PART] for x in samples))
+        samples = samples.take(there)
+        check = check_samples([samples.take(slice(i, i + _PART))
                                for i in range(0, len(samples.time), _PART)], self._settings)
         few = np.flatnonzero(np.diff(np.floor(samples.time / _SPACING), prepend=-1.0))
         time = samples.time[few]

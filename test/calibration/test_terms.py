@@ -14,10 +14,10 @@ LINEAR = {*TERMS, *OPTIONAL} - {'tilt', 'payload'}
 
 def predicted(motion, settings):
     """Return the effort (n, 7) that the node predicts with some settings [N m]."""
-    presliding = motion.presliding(settings.model.effort_model.dahl_length)[:, 0]
+    length = settings.model.effort_model.dahl_length
     return Predictor(settings).predict(Estimate(
         (motion.time * 1e9).astype(int), motion.q.copy(), motion.qd.copy(), motion.qdd.copy(),
-        None, presliding)).effort
+        None, motion.presliding(length)[length])).effort
 
 
 @pytest.mark.parametrize('name', sorted(LINEAR))
