@@ -8,8 +8,8 @@ from scipy.optimize import nnls
 from .calibration_results import Fitted, Judged, Selection
 from .fit_data import residual, rms
 from .joint_terms import Crosstalk
-from .least_squares import information, Problem, SHORTEST, solve, squared_error
-from .selection import Selector, unidentifiable
+from .least_squares import (information, Problem, Selector, SHORTEST, solve, squared_error,
+                            unidentifiable)
 from .terms import Links, Tilt, Tool
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
