@@ -15,7 +15,7 @@ from ..model.effort import EffortModel, Presliding
 _DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
 _RETENTION = 0.7  # longer than the largest configurable delay [s]
 _MAX_SAMPLES = 1024  # bounds memory if stamps hardly advance
-_SLOPE_TIME = 0.033  # 30 ms, and a tenth so that jitter does not change the number of samples [s]
+_SLOPE_TIME = 0.033  # 30 ms plus a tenth, so that jitter never changes the sample count [s]
 _TIME = itemgetter(0)
 
 

@@ -52,7 +52,7 @@ class Setting:
         return int(self._number(self.name, value))
 
     def check_parameter(self, value: Any) -> Any:
-        """Return the value of a ROS parameter, checked; an integer is no decimal number there."""
+        """Return the checked value of a ROS parameter; integers are not accepted for floats."""
         kind = type(self.default)
         parts = list(value) if kind is tuple and isinstance(value, (list, tuple, array)) else []
         if not (parts and type(parts[0]) is float if kind is tuple else type(value) is kind):

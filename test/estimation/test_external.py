@@ -1,5 +1,6 @@
 """External torque: its sign beside the residual's, and what changes in mid-stream."""
 
+from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.external import contact_settings
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
@@ -161,6 +162,18 @@ def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
     contact = [None if external is None else external.contact for external in externals]
     assert False not in contact
     assert contact.count(None) <= unknown and None not in contact[60:]
+
+
+def test_a_stray_message_every_0_4_s_costs_no_more_than_itself():
+    settings = PredictorSettings()
+    jacobian = settings.model.arm.jacobian(trajectory(np.arange(1.0, 4.0, 0.01))[0])
+    predictor = Predictor(settings, external=True)
+    for k, message in enumerate(measured(settings, external=60.0 * jacobian[:, 1])):  # 60 N
+        if k % 40 == 39:
+            assert play(predictor, [stray(message, others=k % 80 == 39)])[1] == [None]
+            assert predictor.counts[Event.UNCONFIRMED] == (k + 1) // 40
+        _, (external,) = play(predictor, [message])
+        assert k < 115 or external.contact
 
 
 @pytest.mark.parametrize('rate', [10.0, 5.0])

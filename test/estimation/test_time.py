@@ -202,6 +202,17 @@ def test_messages_of_others_change_nothing(mode):
     assert_same(found, wanted)
 
 
+@pytest.mark.parametrize('apart', [0.0, 0.5])  # [rad]
+def test_two_publishers_of_the_same_arm(apart):
+    t = np.sort(np.concatenate([T[:250], T[:250] + 0.003]))
+    run = play([(stamp, names, q + k % 2 * apart, *others)
+                for k, (stamp, names, q, *others) in enumerate(robot(t, t))], 'auto')
+    assert run.counts() == ({Event.UNCONFIRMED: 250} if apart else {})
+    assert len(run.predictions) > (200 if apart else 400)
+    assert_right(run)
+    assert not any(external.contact for external in run.external.values())
+
+
 # ---- lost messages
 
 def test_messages_lost_while_re_timed_cost_a_bounded_error():
@@ -218,3 +229,11 @@ def test_messages_lost_while_re_timed_cost_a_bounded_error():
 
 
 # ---- recognised late
+
+def test_arrivals_that_begin_in_mid_run_are_recognised_without_a_pause():
+    run = play(robot(T, np.concatenate([T[:350], bursts(T[350:])])), 'auto')
+    assert run.counts()[Event.RESET_STAMP_SOURCE] == 1
+    assert np.diff(list(run.predictions)).max() < SETTLING + 10
+    assert_right(Run(None, *({i: made for i, made in of.items() if i < 350} for of in run[1:])))
+    assert_right(run.since(450), late=LATE)
+    assert not back_steps(run.predictions) and not back_steps(run.external)

@@ -73,6 +73,14 @@ def test_a_push_along_an_axis_of_the_base_is_positive(side, axis):
     np.testing.assert_allclose(wrench.torque, 0.0, rtol=0.0, atol=1e-6)
 
 
+def test_wrench_is_the_least_squares_solution(arm, rng):
+    jacobian, external = arm.jacobian(ELBOW_OUT), rng.uniform(-5.0, 5.0, 7)
+    best, (square,), *_ = np.linalg.lstsq(jacobian.T, external, rcond=None)
+    wrench = hand_wrench(jacobian, external)
+    np.testing.assert_allclose(vector(wrench), best, rtol=1e-9, atol=1e-9)
+    assert wrench.unexplained ** 2 == pytest.approx(square, abs=1e-9)
+
+
 def test_unexplained_is_the_part_along_the_self_motion(arm, rng):
     jacobian, exerted = arm.jacobian(ELBOW_OUT), rng.uniform(-10.0, 10.0, 6)
     external = jacobian.T @ exerted - 2.5 * self_motion(jacobian)
