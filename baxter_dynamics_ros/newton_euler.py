@@ -47,10 +47,17 @@ class NewtonEuler:
     def __init__(self, arm: BaxterArm) -> None:
         self.model = build_model(arm.parameters, arm.payload, arm.gravity_vector, arm.mount)
         self.data = self.model.createData()
+        # Batches need a Pinocchio built with OpenMP.
+        self._pool = pin.ModelPool(self.model, 1) if hasattr(pin, 'rneaInParallel') else None
 
     def inverse_dynamics(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Return tau (..., 7) [N m] for states q, qd, qdd (..., 7), already validated."""
         if q.ndim == 1:
             return pin.rnea(self.model, self.data, q, qd, qdd).copy()
-        rows = (x.reshape(-1, N_JOINTS) for x in (q, qd, qdd))
-        return np.reshape([self.inverse_dynamics(*state) for state in zip(*rows)], q.shape)
+        states = [x.reshape(-1, N_JOINTS) for x in (q, qd, qdd)]
+        if self._pool is None:
+            tau = np.array([self.inverse_dynamics(*state) for state in zip(*states)])
+        else:
+            tau = np.empty(states[0].shape)
+            pin.rneaInParallel(1, self._pool, *(x.T for x in states), tau.T)
+        return tau.reshape(q.shape)

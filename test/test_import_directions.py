@@ -21,7 +21,7 @@ MAY_IMPORT = {
     'export': 'model simulation',
     'simulation': 'model files',
     'recordings': 'model files estimation newton_euler',
-    'calibration': 'model estimation recordings',
+    'calibration': 'files model estimation recordings',
     'report': 'model files recordings calibration',
     'nodes': 'model estimation ros1',
     'cli': 'model files estimation simulation recordings calibration export nodes ros1',

@@ -146,7 +146,8 @@ def solve(sums: Array, weights: Array, active: Bools, prior: Array, lower: Array
         bounded = lower[index[n:]]
         above, _ = nnls(root[n:, n:], right[n:] - root[n:, n:] @ bounded, maxiter=1000)
         b[index[n:]] = bounded + above
-        b[index[:n]] = solve_triangular(root[:n, :n], right[:n] - root[:n, n:] @ b[index[n:]])
+        if n:  # SciPy 1.11 refuses an empty matrix
+            b[index[:n]] = solve_triangular(root[:n, :n], right[:n] - root[:n, n:] @ b[index[n:]])
     return b
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..estimation.settings import PredictorSettings
+from ..files import write_file
 from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
@@ -127,4 +128,4 @@ def run(path: Path) -> Result:
 
 if __name__ == '__main__':
     os.nice(_NICE)
-    Path(sys.argv[2]).write_text(json.dumps(run(Path(sys.argv[1]))._asdict()))
+    write_file(sys.argv[2], json.dumps(run(Path(sys.argv[1]))._asdict()))

@@ -8,8 +8,9 @@ import os
 import shlex
 import signal
 import sys
+from typing import NoReturn
 
-from .terminal import complain
+from .terminal import complain, printable
 from .. import __version__
 from ..model.exceptions import BaxterDynamicsError
 
@@ -27,6 +28,14 @@ VERBS = {
     'calibrate': ('fit the effort model to recordings of your robot', 'offline'),
     'export': ('write the closed form in another language, as standalone files', 'export'),
 }
+
+
+class _Parser(argparse.ArgumentParser):
+    """Argument parser that escapes unprintable characters in its errors."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and error, and exit with code 2."""
+        super().error(printable(message))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Return the arguments of a verb, with ``verb``, its ``main`` and the whole command line."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)

@@ -104,7 +104,7 @@ class ParameterNode(Node):
 
     def _similar(self, name: str) -> str:
         """Return the question whether a similar parameter is meant; empty if there is none."""
-        meant = get_close_matches(name, self._settings, 1, 0.75)
+        meant = get_close_matches(name, self.list_parameters([], 0).names, 1, 0.75)
         return f'; did you mean {meant[0]}?' if meant else ''
 
     def _changed(self, changes: list[Parameter]) -> dict[str, Any]:

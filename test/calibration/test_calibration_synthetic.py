@@ -121,6 +121,15 @@ def test_a_touch_hardly_changes_the_fit(monkeypatch):
     assert usual > 0.08 and error < 0.2 * usual
 
 
+def test_expected_deviation_covers_other_recordings():
+    """Of the residuals, 95 % are within 1.96 standard deviations."""
+    settings = calibrated('friction').after
+    motion = observe(record(FRICTION, 9), settings)
+    expected = settings.model.effort_model.deviation_at(motion.qd, motion.qdd)
+    covered = (np.abs(residual(motion, settings)) < 1.96 * expected).mean(0)
+    np.testing.assert_array_less(np.abs(covered - 0.95), 0.05)
+
+
 def test_spring_gets_a_gain_if_s1_sweeps_little():
     def motion(seed, t):
         q, qd, qdd = wander(seed, t)

@@ -111,3 +111,5 @@ def test_markup_and_escape_sequences_in_names_are_printed_as_text(
     code, out, err = command('evaluate', 'none[b]\x1b[31m')
     assert (code, out) == (1, '')
     assert err.startswith('baxter_dynamics evaluate: none[b]\\x1b[31m: ')
+    code, out, err = command('evaluate', 'bag', '--arm', '\x1b[31mforged')
+    assert code == 2 and '\x1b' not in err

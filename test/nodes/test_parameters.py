@@ -30,6 +30,7 @@ REFUSED = {
     'effort_model.spring_range:=[1.0, -1.0]': 'spring_range: expected lower < upper',
     'links.mass:=[0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]': 'links',
     'payload.mas:=1.0': 'payload.mas: no such parameter; did you mean payload.mass?',
+    'use_sim_tme:=true': 'did you mean use_sim_time?',
     'acceleration.cutoff:=': 'acceleration.cutoff',
     'qos_overrides./robot/joint_states.subscription.reliability:=foo': 'foo'}
 

@@ -144,7 +144,10 @@ def test_terms_add_up(case):
     assert (found.shares['friction'] > 0.1).all()
 
 
-def test_newton_euler_of_a_batch_equals_single_states(rng):
+@pytest.mark.parametrize('has_batches', [True, False], ids=['with OpenMP', 'without'])
+def test_newton_euler_of_a_batch_equals_single_states(rng, monkeypatch, has_batches):
+    if not has_batches:
+        monkeypatch.delattr('pinocchio.rneaInParallel', raising=False)
     newton_euler = NewtonEuler(PredictorSettings.from_parameters({'payload.mass': 0.5}).model.arm)
     states = rng.normal(size=(3, 2, 20, 7))
     states[1, 0, 3] = np.nan
