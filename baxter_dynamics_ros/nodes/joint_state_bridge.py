@@ -25,8 +25,6 @@ CLOCKS = ('local', 'robot', 'receipt')
 class JointStateBridge(ParameterNode):
     """Republishes the joint states of a ROS 1 robot in ROS 2; never publishes to the robot."""
 
-    _subscriber: Subscriber | None = None  # None after an invalid parameter
-
     def __init__(self) -> None:
         super().__init__('joint_state_bridge')
         values = self.declare_settings((
@@ -45,11 +43,11 @@ class JointStateBridge(ParameterNode):
                                 '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
         self._topics = {name: self._publisher(name) for name in names}
         try:
-            self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
-                                          self.get_logger().info)
+            subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
+                                    self.get_logger().info)
         except wire.Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
-        subscriber = self._subscriber
+        self._subscriber = subscriber
         DiagnosticUpdater(self, 'baxter', lambda period: {
             'master': _master_status(subscriber),
             **{topic: self._topic_status(subscriber, topic, period) for topic in self._topics}})
@@ -57,8 +55,7 @@ class JointStateBridge(ParameterNode):
 
     def destroy_node(self) -> None:
         """Unregister from the master, then destroy the node."""
-        if self._subscriber is not None:
-            self._subscriber.close()
+        self._subscriber.close()
         super().destroy_node()
 
     def _on_joint_state(self, topic: str, source: Source, state: wire.JointState,

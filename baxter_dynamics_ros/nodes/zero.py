@@ -103,14 +103,12 @@ class ZeroService(WaitingRequest):
         """Return steps whose residuals cover the duration."""
         self._steps = []
         limit = time.monotonic() + _PATIENCE
-        steps: list[Step] = []
-        while _duration(steps) < DURATION:
+        while _duration(steps := _usable(self._steps)) < DURATION:
             self._refuse_old_states()
             if time.monotonic() > limit:
                 raise RefusedError(f'no {DURATION:g} s of residuals within {_PATIENCE:g} s: see '
                                    'the statuses filter and external')
             await self._pause(_CHECK_PERIOD)
-            steps = _usable(self._steps)
         return steps
 
     def _set_bias(self, steps: list[Step]) -> str:
