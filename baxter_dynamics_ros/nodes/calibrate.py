@@ -103,9 +103,10 @@ class CalibrateAction(WaitingRequest):
         if not SHORTEST <= goal.duration <= LONGEST:
             raise RefusedError(f'duration: expected {SHORTEST:g} to {LONGEST:g} s, got '
                                f'{goal.duration:g}')
-        for module, package in _NEEDED.items():
-            if find_spec(module) is None:
-                raise RefusedError(f'calibration needs {package}: pip install {package}')
+        missing = ' '.join(package for module, package in _NEEDED.items()
+                           if find_spec(module) is None)
+        if missing:
+            raise RefusedError(f'calibration needs {missing}: pip install {missing}')
         if goal.file and not os.access(Path(goal.file).absolute().parent, os.W_OK):
             raise RefusedError(f'file: cannot write to the folder of {goal.file}')
         if not self._node.values['effort_model.enabled']:

@@ -103,12 +103,12 @@ def _shut_down(node: Node | None, executor: GuardedExecutor | None) -> None:
     process then exits with code 1 and prints the stack on stderr.
     """
     faulthandler.dump_traceback_later(_SHUTDOWN_LIMIT, exit=True, file=2)
-    # A second signal, as ros2 launch may send, must not interrupt the shutdown. rclpy's thread
-    # that handles signals uses the executor's guard condition.
-    for _ in range(2):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        uninstall_signal_handlers()  # may restore the earlier handlers
+    # rclpy's thread for signals uses the executor's guard condition, so it ends first. A second
+    # signal, as ros2 launch may send, must not interrupt the shutdown: uninstalling may restore
+    # the earlier handlers.
+    _ignore_signals()
+    uninstall_signal_handlers()
+    _ignore_signals()
     if executor is not None:
         executor.shutdown()
     with suppress(RuntimeError):  # some entities need a valid context
@@ -116,6 +116,11 @@ def _shut_down(node: Node | None, executor: GuardedExecutor | None) -> None:
             node.destroy_node()
     with suppress(RuntimeError):  # already shut down by a signal
         rclpy.get_default_context().try_shutdown()
+
+
+def _ignore_signals() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _reject_arguments(make_node: Callable[[], Node], name: str, args: list[str]) -> None:

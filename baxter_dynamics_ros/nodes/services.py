@@ -119,12 +119,12 @@ class DynamicsServices:
                                 'give the state as well, or leave both empty')
         latest = self._latest(state)
         now = self._statistics.predicted and self._statistics.predicted.estimate
-        behind = 0.0 if now is None else (latest.stamp_ns - now.stamp_ns) * 1e-9  # [s]
-        if now is None or behind > MAX_AGE:
+        if now is None or self._statistics.prediction_age > MAX_AGE:
             raise ArgumentError('state', 'the acceleration filter has no estimate yet: it settles '
                                 f'within {self._predictor.estimator.settling_time:.2f} s of a '
                                 'start; if it does not, see the diagnostics')
-        return _Motion(f'the estimate for {1e3 * behind:.0f} ms before {latest.origin}',
+        behind = (latest.stamp_ns - now.stamp_ns) * 1e-6
+        return _Motion(f'the estimate for {behind:.0f} ms before {latest.origin}',
                        now.stamp_ns, now.q, now.qd, now.qdd, now.presliding)
 
 

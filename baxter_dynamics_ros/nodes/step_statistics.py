@@ -66,10 +66,15 @@ class StepStatistics:
         self.touched = np.zeros(N_JOINTS, dtype=bool)  # joints in contact in the last period
         self.unexplained: float | None = None  # torque that the last wrench leaves over [N m]
         self._clock = clock
-        self._accepted_at = -float('inf')  # [s]
+        self._accepted_at = self._predicted_at = -float('inf')  # [s]
         self._withheld = 0  # number of wrenches
         self._residuals: list[Array] = []
         self._touched = self.touched
+
+    @property
+    def prediction_age(self) -> float:
+        """Time since the last prediction [s]; infinite if there was none."""
+        return self._clock() - self._predicted_at
 
     @property
     def age(self) -> float:
@@ -84,7 +89,7 @@ class StepStatistics:
         if step.begins:
             self.predicted = None
         if step.estimate is not None:
-            self.predicted = step
+            self.predicted, self._predicted_at = step, self._accepted_at
         if step.prediction is not None and step.prediction.residual is not None:
             self._residuals.append(step.prediction.residual)
         if step.external is not None and step.external.contact:
