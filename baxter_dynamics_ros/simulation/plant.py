@@ -36,6 +36,8 @@ ENCODER_NOISE = 4.8e-4  # sd [rad]
 MEAN_LENGTH = 6
 DISTANCE = 22
 
+_MOST_PENDING = 1000  # positions sampled at once; bounds memory
+
 _COMPILER = ('<mujoco><compiler fusestatic="false" balanceinertia="false"/>'
              f'<option timestep="{TIMESTEP}" integrator="implicitfast">'
              '<flag contact="disable" constraint="disable"/></option></mujoco>')
@@ -146,6 +148,8 @@ class Sensors:
     def read(self, q: Array) -> None:
         """Read the true position (7,) [rad], once every TIMESTEP."""
         self._pending.append(q)
+        if len(self._pending) == _MOST_PENDING:
+            self._sample()
 
     def publish(self, effort: Array) -> tuple[Array, Array, Array]:
         """
@@ -154,8 +158,7 @@ class Sensors:
         ``effort`` (7,) [N m] is the true one.
         """
         if self._pending:
-            self._sample(np.array(self._pending))
-            self._pending.clear()
+            self._sample()
         readings = np.array(self._encoder)
         velocity = (readings[-MEAN_LENGTH:].mean(0) - readings[:MEAN_LENGTH].mean(0)) / (
             DISTANCE * TIMESTEP)
@@ -164,8 +167,10 @@ class Sensors:
                                 EFFORT_QUANTUM)
         return readings[-1], velocity, effort
 
-    def _sample(self, q: Array) -> None:
-        """Sample positions (n, 7) [rad]."""
+    def _sample(self) -> None:
+        """Sample the pending positions with the encoder."""
+        q = np.array(self._pending)
+        self._pending.clear()
         if self._noise:
             q = _quantised(q + ENCODER_NOISE * self._random.standard_normal(q.shape),
                            POSITION_QUANTUM)

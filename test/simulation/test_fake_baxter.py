@@ -1,6 +1,7 @@
 """The fake Baxter behaves as the real one was measured to."""
 
 from dataclasses import replace
+import tracemalloc
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.predictor import Predictor
@@ -67,6 +68,15 @@ def test_noise_and_quanta_at_rest_are_those_measured():
     np.testing.assert_allclose(qd.std(0), 0.013, rtol=0.1)
     np.testing.assert_allclose(
         effort.std(0), [0.075, 0.037, 0.075, 0.035, 0.008, 0.016, 0.011], rtol=0.1)
+
+
+def test_readings_that_nobody_publishes_take_no_memory():
+    sensors = Sensors()
+    tracemalloc.start()
+    for _ in range(20_000):
+        sensors.read(np.zeros(7))
+    assert tracemalloc.get_traced_memory()[1] < 1e6
+    tracemalloc.stop()
 
 
 @pytest.mark.parametrize('truth, settings, least, most', [
