@@ -109,8 +109,8 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
     if connected:
         yield Check('publishers', True, ', '.join(connected)
                     + ''.join(f' ({note})' for note in notes))
-    _wait(lambda: subscriber.is_called)
-    yield Check('address', subscriber.is_called, 'the master '
+    _wait(lambda: bool(subscriber.is_called))
+    yield Check('address', bool(subscriber.is_called), 'the master '
                 f'{"reaches" if subscriber.is_called else "does not reach"} this machine',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
                 'firewall')
@@ -127,6 +127,7 @@ def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
     """Yield the checks of the messages of some seconds."""
     for source in subscriber.sources(topic):
         source.close_period(1.0)
+    before = sum(source.lost for source in subscriber.sources(topic))
     begin = time.monotonic()
     time.sleep(_LOOK)
     seconds = time.monotonic() - begin
@@ -136,7 +137,7 @@ def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
     yield Check('rate', any(source.rate > 0.0 for source in sources), ', '.join(
         f'{source.rate:.1f} Hz from {source.publisher}' for source in sources),
         'nothing has arrived: is the publisher stopped?')
-    lost = sum(source.lost for source in sources)
+    lost = sum(source.lost for source in sources) - before
     yield Check('lost', not lost and not subscriber.malformed,
                 f'{lost} messages lost and {subscriber.malformed} malformed in {seconds:.0f} s',
                 'use a cable instead of wireless, and reduce the load of both machines')

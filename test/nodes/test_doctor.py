@@ -1,11 +1,13 @@
 """The doctor on a real ROS 1 master, on ROS 2 and on recorded joint states."""
 
 import json
+from types import SimpleNamespace
 
-from baxter_dynamics_ros.cli.doctor import _contents, robot_checks
+from baxter_dynamics_ros.cli.doctor import _contents, _stream, robot_checks
 from baxter_dynamics_ros.cli.main import main
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.ros1.source import Source
 from baxter_dynamics_ros.ros1.wire import JointState
 import numpy as np
 import pytest
@@ -80,6 +82,15 @@ def test_without_an_address_it_checks_ros_2_alone(doctor, monkeypatch):
     code, lines = doctor()
     assert code == 1 and list(lines) == ['ROS 2', 'ROS 2 topic']
     assert 'start joint_state_bridge' in lines['ROS 2 topic'][1]
+
+
+def test_messages_lost_before_the_look_are_not_counted(monkeypatch):
+    monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._LOOK', 0.01)
+    source = Source('/robot')
+    source.lost = 5
+    checks = _stream(SimpleNamespace(sources=lambda topic: [source], malformed=0), '')
+    lost, = (check for check in checks if check.name == 'lost')
+    assert lost.passed and lost.found.startswith('0 messages lost')
 
 
 @pytest.mark.parametrize('changes, name, found', [
