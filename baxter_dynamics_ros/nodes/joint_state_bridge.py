@@ -42,15 +42,15 @@ class JointStateBridge(ParameterNode):
             raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
                                 '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
         self._topics = {name: self._publisher(name) for name in names}
-        try:
-            subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
-                                    self.get_logger().info)
+        DiagnosticUpdater(self, 'baxter', lambda period: {
+            'master': _master_status(self._subscriber), **{
+                topic: self._topic_status(self._subscriber, topic, period)
+                for topic in self._topics}})
+        try:  # last: from here on the node is registered with the master, until it is destroyed
+            self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
+                                          self.get_logger().info)
         except wire.Ros1Error as error:
             raise ArgumentError('master_uri', str(error)) from None
-        self._subscriber = subscriber
-        DiagnosticUpdater(self, 'baxter', lambda period: {
-            'master': _master_status(subscriber),
-            **{topic: self._topic_status(subscriber, topic, period) for topic in self._topics}})
         self.get_logger().info(f'subscribing to {", ".join(self._topics)} on {master_uri}')
 
     def destroy_node(self) -> None:

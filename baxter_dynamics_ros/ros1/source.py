@@ -10,7 +10,8 @@ _HALF = 2 ** 31  # half the range of sequence numbers
 _MEMORY = 10_000_000_000  # [ns]; a drift of 50 ppm changes the offset by 0.5 ms meanwhile
 _SLEW = 0.002  # maximum rate of change of the offset: 20 us between stamps at 100 Hz
 _LONGEST = 100_000_000  # maximum time step of the slew [ns]
-# No message arrives so early, and not only late ones for a while, unless a clock was set [ns].
+# A clock was set if one message is _EARLY before the offset, or if all are _LATE after it for
+# _LATE_FOR [ns].
 _EARLY, _LATE, _LATE_FOR = 100_000_000, 500_000_000, 1_000_000_000
 
 
@@ -66,7 +67,8 @@ class ClockOffset:
         self.offset_ns = 0
         self.steps = 0  # number of restarts
         self._stamp_ns = 0  # of the last message
-        # Arrival and difference of the clocks [ns] of each message that no later one was below.
+        # Arrival and difference of the clocks [ns] of the messages that are faster than all later
+        # ones.
         self._fastest: deque[tuple[int, int]] = deque()
         self._late_since: int | None = None  # arrival of the first of only late messages [ns]
 

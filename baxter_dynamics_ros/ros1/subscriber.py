@@ -1,8 +1,9 @@
 """Subscriber to topics of a ROS 1 robot, connected to every publisher of each topic."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
+from math import inf
 import os
 import random
 import threading
@@ -14,7 +15,9 @@ from .master import call, endpoint, Master, resolve
 from .source import Source
 from .wire import JointState, Malformed, parse, Ros1Error, Stream
 
-PERIOD = 1.0  # time between polls of the master [s]
+PERIOD = 1.0  # longest time between polls of the master [s]
+REST = 0.1  # shortest time between them, however often this node is called [s]
+MAX_PUBLISHERS = 64  # per topic
 SILENCE = 2.0  # time without a message before a topic is reported as silent [s]
 FIRST_PAUSE, LAST_PAUSE = 0.1, 1.0  # [s], before reconnecting: doubled after each failure
 
@@ -23,13 +26,13 @@ OnMessage = Callable[[str, Source, JointState, int], None]
 
 @dataclass(eq=False)
 class Connection:
-    """Connection to one publisher of a topic, which one thread keeps up until it is ended."""
+    """Connection to one publisher of a topic; a thread restores it until end() is called."""
 
     topic: str
     uri: str
     publisher: str = ''  # name; empty before the first connection
     stream: Stream | None = None  # None while not connected
-    heard: float = 0.0  # monotonic time of the last message, or of the connection [s]
+    since: float = 0.0  # monotonic time of the latest connection [s]
     pause: float = FIRST_PAUSE  # before reconnecting [s]
     problem: Ros1Error | None = None  # why it is not connected
     ended: threading.Event = field(default_factory=threading.Event)
@@ -58,7 +61,6 @@ class Subscriber:
         self.master = Master(master_uri, self.name)
         self.topics = tuple(topics)
         self.problem: Ros1Error | None = None  # failure of the last poll of the master
-        self.is_called = False  # whether the master has reached this node
         self.malformed = 0  # number of malformed headers and messages
         self.reconnections = 0  # number of connections after the first to each publisher
         self._on_message = on_message
@@ -67,7 +69,9 @@ class Subscriber:
         self._sources: dict[tuple[str, str], Source] = {}  # by topic and name
         self._substituted: dict[str, str] = {}  # hosts replaced by the master's address
         self._api = ''  # URI of this node's callback server
-        self._probed = float('inf')  # monotonic time of the reachability probe [s]
+        self._is_called = False  # whether the master has called since the probe
+        self._probed = inf  # monotonic time of the reachability probe [s]
+        self._heard: dict[str, float] = {}  # monotonic time of a topic's last message [s]
         self._lock = threading.Lock()  # of deliveries and counts
         self._ended, self._wake = threading.Event(), threading.Event()
         self._server = SimpleXMLRPCServer(('', 0), _Handler, logRequests=False)
@@ -101,20 +105,28 @@ class Subscriber:
             return [Ros1Error('topic', f'{topic} is not published',
                               'has the robot finished starting? Check the name of the topic')]
         found = [each.problem for each in connections if each.problem is not None]
-        if not self.is_called and time.monotonic() - self._probed > SILENCE:
+        if self.is_called is False:
             found.append(Ros1Error(
                 'address', f'the master does not reach this machine at {self._api}',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
                 'firewall; until then, new publishers are found later'))
-        if self.is_silent(topic) and any(each.stream for each in connections):
+        if self.is_silent(topic) and any(each.stream and time.monotonic() - each.since > SILENCE
+                                         for each in connections):
             found.append(Ros1Error(
                 'stream', f'nothing has arrived on {topic} for {SILENCE:g} s',
                 'is the publisher stopped, or the network down?'))
         return found
 
     def is_silent(self, topic: str) -> bool:
-        """Return whether nothing has arrived on a topic for SILENCE."""
-        return all(time.monotonic() - each.heard > SILENCE for each in self.connections(topic))
+        """Return whether no message has arrived on a topic for SILENCE."""
+        return time.monotonic() - self._heard.get(topic, -inf) > SILENCE
+
+    @property
+    def is_called(self) -> bool | None:
+        """Return whether the master can call this node; None until the probe has ended."""
+        if self._is_called:
+            return True
+        return False if time.monotonic() - self._probed > SILENCE else None
 
     def _run(self) -> None:
         """Poll the master until stopped, then unregister."""
@@ -125,8 +137,8 @@ class Subscriber:
                 self.problem = None
             except Ros1Error as error:
                 self.problem = error
-            if not self._ended.is_set():
-                self._wake.wait(PERIOD)
+            if not self._ended.wait(REST):
+                self._wake.wait(PERIOD - REST)
         self._follow(set())
         try:
             for topic in self.topics if self._api else ():
@@ -144,9 +156,17 @@ class Subscriber:
         for topic in self.topics:
             if moved or self.name not in subscribers.get(topic, ()):
                 self._register(topic)
-            wanted |= {(topic, self.master.ask('lookupNode', name, parse=str))
-                       for name in publishers.get(topic, ())}
+            wanted |= {(topic, uri) for uri in self._uris(publishers.get(topic, []))}
         self._follow(wanted)
+
+    def _uris(self, names: list[str]) -> Iterator[str]:
+        """Yield the URIs of the first MAX_PUBLISHERS nodes, without those that have just gone."""
+        for name in names[:MAX_PUBLISHERS]:
+            try:
+                yield self.master.ask('lookupNode', name, parse=str)
+            except Ros1Error as error:
+                if error.stage != 'master':  # the master has gone, not the node
+                    raise
 
     def _register(self, topic: str) -> None:
         """
@@ -158,17 +178,18 @@ class Subscriber:
         """
         uris = [self._api]
         if topic == self.topics[0]:
-            self.is_called, self._probed = False, time.monotonic()
+            self._is_called, self._probed = False, time.monotonic()
             uris = [self._api + 'RPC2', self._api]
         for uri in uris:
             self.master.ask('registerSubscriber', topic, '*', uri, parse=bool)
 
     def _dispatch(self, method: str, arguments: Any) -> tuple[int, str, int]:
         """Answer a call of the master: the next poll finds what has changed."""
-        if method not in ('publisherUpdate', 'shutdown'):
+        if method not in ('publisherUpdate', 'shutdown', 'getPid'):
             return -1, 'not supported', 0
-        self.is_called = True
-        self._wake.set()
+        if method != 'getPid':  # which rosnode asks
+            self._is_called = True
+            self._wake.set()
         return 1, '', 0
 
     def _follow(self, wanted: set[tuple[str, str]]) -> None:
@@ -189,12 +210,16 @@ class Subscriber:
                 self._receive(connection)
             except Ros1Error as error:
                 connection.problem = error
-            except (OSError, EOFError, Malformed) as error:
+            except Malformed as error:
                 with self._lock:
-                    self.malformed += isinstance(error, Malformed)
+                    self.malformed += 1
+                connection.problem = Ros1Error(
+                    'stream', f'{connection.uri} sent a malformed message on {connection.topic} '
+                    f'({error})', 'reconnecting; restart the publisher if this persists')
+            except (OSError, EOFError) as error:
                 connection.problem = Ros1Error(
                     'stream', f'the connection to {connection.uri} ended ({error})',
-                    'reconnecting; restart the publisher if this persists')
+                    'reconnecting; is the publisher running?')
             connection.stream = None
             connection.ended.wait(connection.pause)
             connection.pause = min(2 * connection.pause, LAST_PAUSE)
@@ -202,21 +227,25 @@ class Subscriber:
     def _receive(self, connection: Connection) -> None:
         """Connect, and deliver messages until an exception ends the connection."""
         topic, (host, port) = connection.topic, endpoint(connection.uri)
-        host, port = call(self._address(host), port, 'publisher',
-                          lambda value: (str(value[1]), int(value[2])), 'requestTopic',
-                          self.name, topic, [['TCPROS']])
-        with closing(Stream(self._address(host), port)) as stream:
+        match call(self._address(host), port, 'publisher', list, 'requestTopic', self.name, topic,
+                   [['TCPROS']]):
+            case ['TCPROS', str(host), int(port)]:
+                stream = Stream(self._address(host), port)
+            case _:
+                raise Ros1Error('publisher', f'{connection.uri} does not offer TCPROS',
+                                'is it a ROS 1 node? Only TCPROS is supported')
+        with closing(stream):
             name = stream.subscribe(topic, self.name) or connection.uri
             with self._lock:
                 self.reconnections += bool(connection.publisher)
                 source = self._sources.setdefault((topic, name), Source(name))
-            connection.heard = time.monotonic()
+            connection.since = time.monotonic()
             connection.publisher, connection.problem, connection.stream = name, None, stream
             while not connection.ended.is_set():
                 data = stream.read()
                 arrival_ns = time.time_ns()
                 state = parse(data)
-                connection.heard, connection.pause = time.monotonic(), FIRST_PAUSE
+                self._heard[topic], connection.pause = time.monotonic(), FIRST_PAUSE
                 with self._lock:
                     if not self._ended.is_set() and source.take(connection.uri, state, arrival_ns):
                         self._on_message(topic, source, state, arrival_ns)

@@ -6,6 +6,7 @@ import time
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.nodes import joint_state_bridge
 import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
@@ -111,8 +112,8 @@ def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros
         print(f'{after}: messages after {(time.time_ns() - since) * 1e-9:.2f} s')
         assert -0.1 < late < 0.5, process.output
 
-    def publish(**options):
-        return ros1.publish('--joints', ARMS, '--behind', 2.6, **options)
+    def publish(*arguments, **options):
+        return ros1.publish('--joints', ARMS, '--behind', 2.6, *arguments, **options)
 
     publisher = publish()
     returns('first publisher')
@@ -130,14 +131,22 @@ def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros
     newest = len(robot.bridged)
     robot.until(lambda: 'is closed: is ROS running there?' in status(robot, 'master')[1])
     assert len(robot.bridged) > newest + 10  # publishers need no master
-    ros1.start_master()
+    ros1.master = ros1.start_master()
     robot.until(lambda: TOPIC in ros1.state()[1])
     ros1.kill(publisher)
-    publish(address='127.0.0.2')
+    publisher = publish(address='127.0.0.2')
     returns('master restarted, publisher at another address')
     values = status(robot, TOPIC)[2]
     assert values['/robot repeated'] == '0' and 2.59 < float(
         values['/robot clock offset [s]']) < 2.7
+
+    ros1.kill(ros1.master)
+    ros1.kill(publisher)
+    robot.until(lambda: status(robot, 'master')[0] == b'\x02')
+    ros1.start_master()
+    publish('--name', 'other')
+    returns('master and publisher restarted')
+    assert status(robot, TOPIC)[2]['/other repeated'] == '0'
     assert process.end() == 0
     assert ros1.state()[1] == {}
 
@@ -193,3 +202,13 @@ def test_waits_for_a_missing_robot(robot, start):
     begin = time.monotonic()
     assert process.end() == 0
     assert time.monotonic() - begin < 5.0
+
+
+def test_registers_only_once_nothing_else_can_fail(robot, monkeypatch):
+    made = []
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://127.0.0.1:1')
+    monkeypatch.setattr(joint_state_bridge, 'Subscriber', lambda *given: made.append(given))
+    monkeypatch.setattr(joint_state_bridge, 'DiagnosticUpdater', lambda *given: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        joint_state_bridge.JointStateBridge()
+    assert made == []

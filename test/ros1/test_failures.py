@@ -30,6 +30,7 @@ class Robot:
     def __init__(self, replies):
         self.answers = {'requestTopic': None}
         self.registered, self.replies, self.connections = [], list(replies), 0
+        self.calls = []
         self._rpc = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
         self._tcp = socket.create_server(('127.0.0.1', 0))
         self.uri = f'http://127.0.0.1:{self._rpc.server_address[1]}/'
@@ -44,13 +45,15 @@ class Robot:
         self._tcp.close()
 
     def _dispatch(self, method, arguments):
+        self.calls.append(method)
         if method == 'registerSubscriber':
             self.registered.append(arguments)
         subscribers = [arguments[0] for arguments in self.registered]
         value = {'getSystemState': [[[TOPIC, ['/robot']]], [[TOPIC, subscribers]], []],
                  'registerSubscriber': [], 'unregisterSubscriber': 1, 'lookupNode': self.uri,
                  'requestTopic': ['TCPROS', '127.0.0.1', self._tcp.getsockname()[1]]}[method]
-        return 1, '', self.answers.get(method) or value
+        answer = self.answers.get(method) or value
+        return answer(*arguments) if callable(answer) else (1, '', answer)
 
     def _serve(self):
         while True:
@@ -103,7 +106,9 @@ def until(condition, seconds=10.0):
     (encode_header({**HEADER, 'type': 'std_msgs/String'}), {}, 'type', 'std_msgs/String'),
     (encode_header({**HEADER, 'md5sum': 'f00'}), {}, 'type', 'checksum f00'),
     (encode_header({}), {}, 'type', 'has the type nothing'),
-    (b'', {'requestTopic': 'x'}, 'publisher', 'is not a ROS 1 node'),
+    (b'', {'requestTopic': 7}, 'publisher', 'is not a ROS 1 node'),
+    (b'', {'requestTopic': 'x'}, 'publisher', 'does not offer TCPROS'),
+    (b'', {'requestTopic': ['UDPROS', '127.0.0.1', 1]}, 'publisher', 'does not offer TCPROS'),
     (b'', {'requestTopic': ['TCPROS', 'x', 10 ** 6]}, 'port', 'port 1000000 of 127.0.0.1 is'),
     (b'', {'requestTopic': ['TCPROS', '127.0.0.1', 1]}, 'port', 'port 1 of 127.0.0.1 is'),
     (b'', {'lookupNode': 'rosrpc://x:1'}, 'name', "'rosrpc://x:1' is not the URI"),
@@ -111,14 +116,17 @@ def until(condition, seconds=10.0):
     (b'', {'getSystemState': [[[TOPIC, 7]], [], []]}, 'master', 'is not a ROS 1 master'),
     (b'', {'getSystemState': [[], [], []]}, 'topic', f'{TOPIC} is not published'),
     (encode_header(HEADER), {}, 'stream', 'the publisher closed the connection'),
-    (encode_header(HEADER) + LONG, {}, 'stream', 'length of 2147483648 bytes exceeds'),
+    (encode_header(HEADER) + LONG, {}, 'stream', 'sent a malformed message on /robot/joint'),
     (encode_header(HEADER) + message(3), {}, 'address', 'does not reach this machine'),
     (encode_header(HEADER) + message(3), {}, 'stream', 'nothing has arrived'),
 ])
 def test_each_failure_names_its_stage_and_a_remedy(serve, reply, answers, stage, found):
-    _, client, _ = serve(reply, **answers)
+    _, client, received = serve(reply, **answers)
+    assert client.is_called is None  # the probe has not ended
     until(lambda: any(error.stage == stage and found in error.cause and error.remedy
                       for error in client.problems(TOPIC)))
+    assert received or client.is_silent(TOPIC)
+    assert stage != 'address' or client.is_called is False
 
 
 def test_unusable_hosts_ports_and_uris(monkeypatch):
@@ -178,9 +186,30 @@ def test_publishers_are_followed_when_the_master_calls(serve):
     assert not client.is_called and robot.connections == 1
     del robot.answers['getSystemState']
     assert ServerProxy(api).setParam('/master', 'x', 1)[0] == -1
+    assert ServerProxy(api).getPid('/rosnode') == [1, '', 0]
     assert ServerProxy(api).publisherUpdate('/master', TOPIC, 7)[0] == 1
     until(lambda: robot.connections == 2)
     assert client.is_called
+
+    begin, before = time.monotonic(), robot.calls.count('getSystemState')
+    while time.monotonic() < begin + 0.5:  # a flood of calls is none on the robot's master
+        ServerProxy(api).publisherUpdate('/master', TOPIC, [])
+    assert robot.calls.count('getSystemState') - before <= 8
+
+
+def test_publishers_are_bounded_and_one_that_has_just_gone_does_not_hide_the_others(serve):
+    names = ['/gone', '/robot', *(f'/{k}' for k in range(98))]
+
+    def look_up(caller, name):
+        if name == '/gone':
+            return -1, 'unknown node', 0
+        return 1, '', robot_uri if name == '/robot' else f'http://127.0.0.1:1{name}'
+    robot, client, received = serve(
+        encode_header(HEADER) + message(3), lookupNode=look_up,
+        getSystemState=lambda caller: (1, '', [[[TOPIC, names]], [], []]))
+    robot_uri = robot.uri
+    until(lambda: received)
+    assert len(client.connections(TOPIC)) == 63 and client.problem is None
 
 
 @pytest.fixture(scope='module')
