@@ -16,7 +16,7 @@ from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
-from ..recordings.data_check import check_samples, DataCheck, Notice, Samples
+from ..recordings.data_check import DataCheck, Notice, RunningCheck, Samples
 from ..recordings.playback import play
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments
@@ -174,7 +174,10 @@ def refuse(motions: list[Motion]) -> None:
 
 def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck | None':
     """Return the check of the data; raise CalibrationError if they contradict the model."""
-    check = check_samples(motions, settings)
+    running = RunningCheck(settings)
+    for motion in motions:
+        running.add(motion)
+    check = running.result()
     reasons = [problem.text for problem in check.problems if problem.refuses] if check else []
     if reasons:
         raise CalibrationError('; '.join(reasons))

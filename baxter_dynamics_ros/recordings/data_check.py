@@ -1,13 +1,13 @@
 """Data check: whether measured effort and velocity have the meaning that the model assumes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from .velocity_lag import Lag, lag_and_scale, TRAVEL
+from .velocity_lag import Lag, lag_and_scale, TRAVEL, velocity_sums
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
@@ -92,23 +92,39 @@ class DataCheck:
     problems: tuple[Notice, ...] = ()  # most fundamental first
 
 
-def check_samples(parts: Sequence[Samples], settings: PredictorSettings) -> 'DataCheck | None':
-    """Compare samples with effort with the model of settings; return None if they are too few."""
-    steps = [np.diff(part.time) for part in parts]
-    duration = float(sum(step[(step > 0.0) & (step < 0.3)].sum() for step in steps))  # [s]
-    if duration < _SHORTEST:
-        return None
-    columns = [np.concatenate(column) for column in zip(*(
-        (part.q, part.qd, part.qdd, part.effort) for part in parts))]
-    stride = 1
-    while len(columns[0]) > _ROWS * stride:
-        stride *= 2
-    data = _Data.of(settings, *(column[::stride] for column in columns))
-    gains = np.array([_gains(data, joint, duration) for joint in range(N_JOINTS)])  # (7, 4, 2)
-    inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
-    check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0], *lag_and_scale(
-        (part.time, part.newest_q, part.newest_qd) for part in parts))
-    return replace(check, problems=tuple(_problems(data, check)))
+class RunningCheck:
+    """Compares samples with the model of settings; its memory does not grow with their number."""
+
+    def __init__(self, settings: PredictorSettings) -> None:
+        self._settings = settings
+        self._rows = np.empty((0, 4, N_JOINTS))  # q, qd, qdd, effort of every stride-th sample
+        self._seen, self._stride = 0, 1
+        self._duration = 0.0  # [s]
+        self._velocity = np.zeros((2, 2, N_JOINTS))  # sums
+
+    def add(self, part: Samples) -> None:
+        """Add consecutive samples that have an effort."""
+        steps = np.diff(part.time)
+        self._duration += float(steps[(steps > 0.0) & (steps < 0.3)].sum())
+        self._velocity += velocity_sums(part.time, part.newest_q, part.newest_qd)
+        rows = np.stack([part.q, part.qd, part.qdd, part.effort], axis=1)
+        self._rows = np.concatenate([self._rows, rows[-self._seen % self._stride::self._stride]])
+        self._seen += len(rows)
+        while len(self._rows) > _ROWS:
+            self._rows = self._rows[::2].copy()
+            self._stride *= 2
+
+    def result(self) -> 'DataCheck | None':
+        """Return the comparison; None if there are too few samples."""
+        if self._duration < _SHORTEST:
+            return None
+        data = _Data.of(self._settings, *self._rows.swapaxes(0, 1))
+        gains = np.array([_gains(data, joint, self._duration)
+                          for joint in range(N_JOINTS)])  # (7, 4, 2)
+        inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
+        check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0],
+                          *lag_and_scale(self._velocity))
+        return replace(check, problems=tuple(_problems(data, check)))
 
 
 class _Data(NamedTuple):

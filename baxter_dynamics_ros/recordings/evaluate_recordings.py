@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
-from .data_check import check_samples, DataCheck, Notice, Samples
-from .evaluation_results import bands_of, Evaluation, METHODS, RunningStatistics, Statistics
+from .data_check import DataCheck, Notice, RunningCheck, Samples
+from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics,
+                                 Statistics)
 from .playback import Block, play, stamp_statistics, StampStatistics
 from .recording import Recording
 from ..estimation.events import Event
@@ -23,16 +24,15 @@ from ..newton_euler import NewtonEuler
 _IRREGULAR = 0.1
 _FEW = 100  # predictions below which statistics mean little
 _SPACING = 0.04  # of the residuals that are searched for contact [s]
-_PART = 4096  # samples over which the scale of the velocity counts as constant
-_MOST_SAMPLES = 2 ** 17  # kept: 22 minutes at 100 Hz
+_PART = 4096  # samples that are reduced together
 
 
 class Evaluator:
     """
     Evaluates recordings one after another, and all of them together.
 
-    The arm is that of each recording. Memory does not grow with its length: of a long recording
-    every second, fourth, ... sample is kept for bands, data check and contact.
+    The arm is that of each recording. Of each message only the time since the previous one is
+    kept, and 25 times a second residual and position.
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
@@ -67,9 +67,13 @@ class _Run:
         self._now = 0.0  # time of the latest estimate [s]
         self._last_ns = 0  # its stamp
         self._dt = [np.empty(0)]  # time since the previous measurement [s]
-        # Samples; effort predicted by both methods, and expected deviation of the residual [N m].
-        self._kept = [[np.empty(0), *[np.empty((0, N_JOINTS))] * 9]]
-        self._seen, self._stride = 0, 1
+        self._recent: list[tuple[Samples, Array]] = []  # and signals (n, 6, 7) of the bands
+        self._bands = RunningBands(['measured', *METHODS, 'deviation',
+                                    *(f'error_{name}' for name in METHODS)])
+        self._check = RunningCheck(settings)
+        # Time [s], residual [N m] and position [rad] at the spacing; the latest multiple of it.
+        self._spaced: list[list[Any]] = [[np.empty(0), *[np.empty((0, N_JOINTS), np.float32)] * 2]]
+        self._interval = -1.0
 
     def add(self, block: Block) -> None:
         """Add a block of estimates."""
@@ -83,17 +87,32 @@ class _Run:
         self._now, self._last_ns = time[-1], stamp_ns[-1]
         self._explain(time, prediction)
         assert measured is not None  # in a block it is NaN instead
-        self._keep(time, q, qd, qdd, measured, block.q, block.measured_qd, prediction.effort,
-                   efforts['newton_euler'][1], prediction.deviation)
+        predicted = [efforts[name][1] for name in METHODS]
+        self._recent.append((
+            Samples(time, q, qd, qdd, measured, block.q, block.measured_qd),
+            np.stack([measured, *predicted, prediction.deviation,
+                      *(measured - effort for effort in predicted)], axis=1)))
         self._dt.append(block.dt)
+        if sum(len(samples.time) for samples, _ in self._recent) >= _PART:
+            self._reduce()
 
-    def _keep(self, *columns: Array) -> None:
-        """Keep every sample, or every second, fourth, ... of a long recording."""
-        self._kept.append([x[-self._seen % self._stride::self._stride].copy() for x in columns])
-        self._seen += len(columns[0])
-        if self._seen > _MOST_SAMPLES * self._stride:
-            self._kept = [[np.concatenate(parts)[::2].copy() for parts in zip(*self._kept)]]
-            self._stride *= 2
+    def _reduce(self) -> None:
+        """Reduce recent samples to what the results need of them."""
+        if not self._recent:
+            return
+        parts, signals_of_parts = zip(*self._recent)
+        signals = np.concatenate(signals_of_parts)
+        self._recent = []
+        samples = Samples(*map(np.concatenate, zip(*(vars(part).values() for part in parts))))
+        self._bands.add(samples.time, signals)
+        there = np.isfinite(samples.effort[:, 0])
+        samples, residual = samples.take(there), signals[there, -len(METHODS)]
+        self._check.add(samples)
+        interval = np.floor(samples.time / _SPACING)
+        rows = np.flatnonzero(np.diff(interval, prepend=self._interval))
+        self._interval = interval[-1] if len(interval) else self._interval
+        self._spaced.append([samples.time[rows], residual[rows].astype(np.float32),
+                             samples.q[rows].astype(np.float32)])
 
     def _compare(self, block: Block, prediction: Prediction
                  ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
@@ -135,13 +154,10 @@ class _Run:
 
     def result(self, recording: Recording) -> Evaluation:
         """Return the results."""
-        *columns, first, second, deviation = map(np.concatenate, zip(*self._kept))
-        samples, efforts = Samples(*columns), (first, second)
-        residuals = [samples.effort - effort for effort in efforts]
-        time, bands = bands_of(samples.time, {
-            'measured': samples.effort, **dict(zip(METHODS, efforts)), 'deviation': deviation,
-            **dict(zip((f'error_{name}' for name in METHODS), residuals))})
-        check, contacts = self._check(samples, residuals[0])
+        self._reduce()
+        time, bands = self._bands.result()
+        check = self._check.result()
+        contacts = self._contacts(check)
         stamps = stamp_statistics(np.concatenate(self._dt))
         return Evaluation(
             **vars(self._statistics[0].result()) | {'arm': recording.arm},
@@ -153,20 +169,13 @@ class _Run:
             # That of the whole recording if it is shorter.
             explained=tuple(self._explained or [self._explainer.explain()]))
 
-    def _check(self, samples: Samples, residual: Any
-               ) -> 'tuple[DataCheck | None, list[Contact]]':
-        """Return the data check, and contacts unless errors of the model would look like them."""
-        there = np.isfinite(residual[:, 0])
-        samples = samples.take(there)
-        check = check_samples([samples.take(slice(i, i + _PART))
-                               for i in range(0, len(samples.time), _PART)], self._settings)
-        few = np.flatnonzero(np.diff(np.floor(samples.time / _SPACING), prepend=-1.0))
-        time = samples.time[few]
-        contacts = find_contacts(time, residual[there][few].astype(np.float32), samples.q[few])
-        if (check is not None and any(one.refuses for one in check.problems)
-                or contact_rows(time, contacts).sum() > MOST * len(time)):
-            contacts = []
-        return check, contacts
+    def _contacts(self, check: 'DataCheck | None') -> list[Contact]:
+        """Return the contacts, unless errors of the model would look like them."""
+        time, residual, q = map(np.concatenate, zip(*self._spaced))
+        contacts = find_contacts(time, residual, q)
+        refused = check is not None and any(one.refuses for one in check.problems)
+        mostly = contact_rows(time, contacts).sum() > MOST * len(time)
+        return [] if refused or mostly else contacts
 
     def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',
                  contacts: list[Contact]) -> Iterator[Notice]:

@@ -1,6 +1,7 @@
 """Results of the evaluation of recordings, and the sums and ranges that they are made of."""
 
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ ESTIMATORS = ('first_difference', 'butterworth_live', 'butterworth_aligned')
 TERMS = ('inertial', 'coriolis', 'gravity', 'spring', 'friction', 'other')  # of the effort
 
 INTERVALS = 400  # maximum number in a figure
-_FIRST_WIDTH = 0.01  # of the intervals, doubled until they are few enough [s]
+_FIRST_WIDTH = 0.01  # of the intervals, doubled when they become too many [s]
 
 
 class ErrorStatistics(NamedTuple):
@@ -139,21 +140,32 @@ def _errors(sums: Array) -> ErrorStatistics:
                            (mp - m * p) / np.sqrt(variances[0] * variances[1]))
 
 
-def bands_of(time: Array, signals: dict[str, Array]) -> tuple[Array, dict[str, Band]]:
-    """
-    Return the middles of intervals (m,) [s], and the range of each signal in them.
+class RunningBands:
+    """Ranges of signals in intervals of time that widen with the recording; no peak is lost."""
 
-    Times (n,) do not decrease; signals are (n, 7), or NaN. No peak is lost.
-    """
-    width = _FIRST_WIDTH
-    while time.max(initial=0.0) >= INTERVALS * width:
-        width *= 2
-    interval = (time / width).astype(int)
-    first = np.flatnonzero(np.diff(interval, prepend=-1))
-    count = interval.max(initial=-1) + 1
-    bands = {}
-    for name, signal in signals.items():
-        bands[name] = Band(*np.full((2, count, N_JOINTS), np.nan))
-        for values, join in zip(bands[name], (np.fmin, np.fmax)):
-            values[interval[first]] = join.reduceat(signal, first)
-    return (np.arange(count, dtype=float) + 0.5) * width, bands
+    def __init__(self, names: Iterable[str]) -> None:
+        self._names = tuple(names)
+        self._width = _FIRST_WIDTH
+        self._used = 0  # intervals
+        # Lowest and highest values.
+        self._ranges = np.full((2, INTERVALS, len(self._names), N_JOINTS), np.nan)
+
+    def add(self, time: Array, signals: Array) -> None:
+        """Add signals (n, names, 7), or NaN, at times (n,) [s] that do not decrease."""
+        while time[-1] >= INTERVALS * self._width:
+            for values, join in zip(self._ranges, (np.fmin, np.fmax)):
+                values[:INTERVALS // 2] = join(values[::2], values[1::2])
+                values[INTERVALS // 2:] = np.nan
+            self._width *= 2
+        interval = (time / self._width).astype(int)
+        first = np.flatnonzero(np.diff(interval, prepend=-1))
+        for values, join in zip(self._ranges, (np.fmin, np.fmax)):
+            where = interval[first]
+            values[where] = join(values[where], join.reduceat(signals, first))
+        self._used = interval[-1] + 1
+
+    def result(self) -> tuple[Array, dict[str, Band]]:
+        """Return the middles of the intervals (m,) [s], and the range of each signal in them."""
+        low, high = self._ranges[:, :self._used]
+        return (np.arange(self._used, dtype=float) + 0.5) * self._width, {
+            name: Band(low[:, i], high[:, i]) for i, name in enumerate(self._names)}

@@ -7,7 +7,6 @@ noise and quantisation hardly matter. The slope of the change of position over t
 velocity is the scale: 1 if velocities are in rad/s and the stamps have the true period.
 """
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -36,16 +35,20 @@ def segments(time: Array) -> list[slice]:
     return [slice(*pair) for pair in zip([0, *breaks], [*breaks, len(time)])]
 
 
-def lag_and_scale(parts: Iterable[tuple[Array, Array, Array]]) -> tuple['Lag | None', float]:
+def velocity_sums(time: Array, q: Array, qd: Array) -> Array:
     """
-    Return the lag, and travel over integrated velocity; None and NaN if no joint moved.
+    Return the sums for :func:`lag_and_scale`, (2, 2, 7), of some consecutive messages.
 
-    A part is time (n,) [s], position and measured velocity (n, 7) of the same messages.
+    They are time (n,) [s], position and measured velocity (n, 7); sums of parts are added.
     """
     sums = np.zeros((2, 2, N_JOINTS))  # lag, scale; sums of y x and x^2 of their straight lines
-    for time, q, qd in parts:
-        for segment in segments(time):
-            sums += _sums(time[segment], q[segment], qd[segment])
+    for segment in segments(time):
+        sums += _sums(time[segment], q[segment], qd[segment])
+    return sums
+
+
+def lag_and_scale(sums: Array) -> tuple['Lag | None', float]:
+    """Return the lag, and travel over integrated velocity; None and NaN if no joint moved."""
     lags, scales = map(_slopes, *sums.swapaxes(0, 1))
     scale = float(np.nanmedian(scales)) if np.isfinite(scales).any() else np.nan
     known = lags[np.isfinite(lags)]

@@ -7,7 +7,7 @@ from baxter_dynamics_ros.calibration.fit_data import CalibrationError
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
-from calibration.known_robot import FRICTION, record, wander
+from calibration.known_robot import FRICTION, record, Recording, wander
 import numpy as np
 import pytest
 
@@ -77,6 +77,13 @@ def test_altered_data_are_named_by_evaluate_and_refused_by_calibrate(name, sound
     with pytest.raises(CalibrationError) as refusal:
         calibrate([altered])
     assert text in str(refusal.value)
+
+
+def test_an_arm_at_rest_has_no_lag(sound):
+    t, q, effort = 10 ** 18, sound.states[0][2], sound.states[0][4]
+    resting = Recording('rest', sound.arm, [
+        (t + 10 ** 7 * i, sound.states[0][1], q, np.zeros(7), effort, t) for i in range(800)])
+    assert evaluate(resting)[0].check.lag is None
 
 
 @pytest.mark.parametrize('factor, text', [(2, 'is 2 times the true one'),

@@ -1,11 +1,12 @@
 """Evaluation of recordings: the node's own predictions, statistics, ranges for figures."""
 
+import tracemalloc
 from typing import NamedTuple
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
-from baxter_dynamics_ros.recordings.evaluation_results import (bands_of, INTERVALS,
+from baxter_dynamics_ros.recordings.evaluation_results import (INTERVALS, RunningBands,
                                                                RunningStatistics)
 from baxter_dynamics_ros.recordings.playback import play, stamp_statistics
 import numpy as np
@@ -216,25 +217,47 @@ def test_sums_do_not_cancel(rng):
         np.corrcoef(measured[:, i], predicted[:, i])[0, 1] for i in range(7)], rtol=1e-6)
 
 
-def test_a_long_recording_is_thinned_for_bands_and_check_only(monkeypatch):
+def test_results_do_not_depend_on_how_many_samples_are_reduced_together(monkeypatch):
     recording = Recording(2500)
+    recording.effort[1000:1100, 2] += 9.0
     whole = evaluate(recording)
-    monkeypatch.setattr(f'{Evaluator.__module__}._MOST_SAMPLES', 600)
-    thinned = evaluate(recording)
-    for after, before in zip(*(each.methods['lagrange_euler'] for each in (thinned, whole))):
-        np.testing.assert_array_equal(after, before)
-    assert thinned.duration == whole.duration and thinned.notices == whole.notices
-    np.testing.assert_allclose(thinned.check.gain, whole.check.gain, atol=0.05)
-    assert len(thinned.time) > 300  # intervals of 0.08 s of 25 s
-    lower, higher = (band[:len(thinned.time)] for band in whole.bands['measured'])
-    low, high = thinned.bands['measured']
-    assert (low >= lower).all() and (high <= higher).all()
+    monkeypatch.setattr(f'{Evaluator.__module__}._PART', 512)
+    parts = evaluate(recording)
+    assert parts.contacts == whole.contacts and parts.contacts[0].joint == 'e0'
+    assert parts.notices == whole.notices and parts.duration == whole.duration
+    np.testing.assert_array_equal(parts.time, whole.time)
+    for name in whole.bands:
+        np.testing.assert_array_equal(parts.bands[name], whole.bands[name])
+    np.testing.assert_array_equal(parts.check.gain, whole.check.gain)
+    assert parts.check.lag.value == pytest.approx(whole.check.lag.value, abs=5e-4)
+    assert parts.check.velocity_scale == pytest.approx(whole.check.velocity_scale, abs=1e-3)
+
+
+def test_memory_hardly_grows_with_a_recording(monkeypatch):
+    """An interval (8 bytes), a quarter of residual and position, and copies of them at the end."""
+    monkeypatch.setattr(f'{Evaluator.__module__}._PART', 256)
+    monkeypatch.setattr('baxter_dynamics_ros.recordings.data_check._ROWS', 100)
+
+    def peak(n):
+        recording = Recording(n)
+        tracemalloc.start()
+        try:
+            evaluate(recording)
+            return tracemalloc.get_traced_memory()[1]  # [bytes]
+        finally:
+            tracemalloc.stop()
+
+    evaluate(Recording(1500))  # makes what is made once
+    assert peak(2500) - peak(1500) < 100 * 1000
 
 
 @pytest.mark.parametrize('n', [0, 1, 1000, 1001, 5000])
 def test_bands_lose_no_peak(rng, n):
     time, signal = 0.01 * np.arange(n) + 0.003, rng.normal(size=(n, 7))
-    middle, found = bands_of(time, {'a': signal})
+    bands = RunningBands('a')
+    for rows in (slice(i, i + 170) for i in range(0, n, 170)):
+        bands.add(time[rows], signal[rows, None])
+    middle, found = bands.result()
     assert len(middle) <= INTERVALS and found['a'].low.shape == (len(middle), 7)
     half = 0.5 * (middle[1] - middle[0]) if len(middle) > 1 else 0.005
     for i, t in enumerate(middle):

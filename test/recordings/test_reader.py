@@ -106,6 +106,9 @@ def assert_refused(path, reason, **options):
 @pytest.mark.parametrize('changes, reason', [
     ({'period': 0.0}, 'period must be a number of seconds up to 1, is 0.0'),
     ({'period': 1e300}, r'period must be a number of seconds up to 1, is 1e\+300'),
+    ({'period': np.nan}, 'period must be a number of seconds up to 1, is nan'),
+    ({'period': np.full(2, 0.01)}, r'period must be a number of seconds up to 1, is \[0.01 0.01'),
+    ({'stamp': 0.01 * np.arange(7)}, r'stamp must have 8 numbers .*, is float64 \(7,\)$'),
     ({'effort': None}, 'cannot be read as .npz; is it complete?'),
     ({'effort': np.zeros((7, 7))}, r'effort must have 8 rows of 7 numbers .*\(7, 7\)$'),
     ({'velocity': np.full((8, 7), 'fast')}, 'velocity must have 8 rows of 7 numbers .*, is <U'),
