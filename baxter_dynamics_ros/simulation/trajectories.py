@@ -79,7 +79,7 @@ PERIODS = {'circle': 10 * np.pi, 'switch': 2 * _SWITCH_PERIOD, 'lift': 4 * np.pi
 
 
 def poses(t: float) -> Array:
-    """Return twice differentiable angles (7,) [rad] of the right arm at t [s], by POSTURES."""
+    """Return the right arm's angles (7,) [rad] at t [s] through POSTURES, twice differentiable."""
     count, rest = divmod(t, REST + MOVE)
     here, start, end = POSTURES[int(count) % len(POSTURES)], _reached(count), _reached(count + 1)
     back, on = (float(minimum_jerk(min(max(s, 0.0), 1.0)))
