@@ -55,7 +55,8 @@ class JointStateBridge(ParameterNode):
 
     def destroy_node(self) -> None:
         """Unregister from the master, then destroy the node."""
-        self._subscriber.close()
+        if hasattr(self, '_subscriber'):  # otherwise a parameter was invalid
+            self._subscriber.close()
         super().destroy_node()
 
     def _on_joint_state(self, topic: str, source: Source, state: wire.JointState,
