@@ -6,8 +6,8 @@ from matplotlib.ticker import LogLocator, NullLocator
 import numpy as np
 
 from .calibration_tables import kind, term_name, unit_name
-from .drawing import (frame, legend, MEASURED as BEFORE, MODEL as AFTER, panels, Picture, SHADE,
-                      svg, zero_line)
+from .drawing import (FAINT, frame, legend, MEASURED as BEFORE, MODEL as AFTER, panels, Picture,
+                      SHADE, svg, zero_line)
 from ..calibration.calibration_results import Calibration
 from ..model.arrays import Array
 from ..model.effort import EffortModel
@@ -64,6 +64,10 @@ def parameters_picture(calibration: Calibration) -> 'Picture | None':
         axis.errorbar(joints, [one.value for one in fitted],
                       yerr=[one.deviation for one in fitted], fmt='o', color=AFTER,
                       markersize=5.0, elinewidth=1.4, capsize=3.5, label='after, ± deviation')
+        if kept := sorted({*range(N_JOINTS)} - {*joints}):
+            values = getattr(calibration.after.model.effort_model, term)
+            axis.plot(kept, [values[i] for i in kept], 'x', color=FAINT, markersize=5.0,
+                      label='not fitted')
         zero_line(axis)
         axis.grid(axis='x', visible=False)
         axis.margins(y=0.12)

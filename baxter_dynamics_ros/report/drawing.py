@@ -93,7 +93,11 @@ def draw_band(axis: Axes, time: Array, band: Band, joint: int, label: str, color
     """Draw one joint of a signal: its range, and a line through the middle, broken at gaps."""
     time, low, high = _broken(time, band.low[:, joint], band.high[:, joint])
     axis.fill_between(time, low, high, color=color, alpha=0.5, linewidth=0.0)
-    axis.plot(time, 0.5 * (low + high), color=color, linewidth=width, label=label)
+    middle = 0.5 * (low + high)
+    axis.plot(time, middle, color=color, linewidth=width, label=label)
+    there = np.pad(np.isfinite(middle), 1)
+    alone = there[1:-1] & ~there[:-2] & ~there[2:]  # between two gaps, where no line shows it
+    axis.plot(time[alone], middle[alone], '.', color=color, markersize=width + 1.0)
 
 
 def draw_expected(axis: Axes, time: Array, deviation: Array) -> None:
@@ -118,6 +122,8 @@ def frame(axis: Axes, label: str, limits: tuple[float, float] | None = None) -> 
     lower, upper = limits or axis.get_ylim()
     middle, half = 0.5 * (lower + upper), max(0.5 * (upper - lower), _SMALLEST)
     axis.set_ylim(middle - half, middle + half)
+    if not any(np.isfinite(line.get_ydata()).any() for line in axis.lines):
+        axis.text(0.5, 0.5, 'no samples', transform=axis.transAxes, ha='center', color=FAINT)
 
 
 def zero_line(axis: Axes) -> None:

@@ -48,14 +48,14 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
                      for k, joint in enumerate(JOINTS) if one.shares]
                     for i, one in enumerate(evaluations, 1)]
     several = len(evaluations) > 1
-    both = [total.methods.get(method, NOTHING).rms for method in METHODS]
+    both = [total.methods.get(method, NOTHING)[1:4] for method in METHODS]  # all in N m
     page = render(
         'evaluation.html.j2', evaluations=evaluations, pictures=pictures, total=total,
         assessment=assessment, findings=findings(RULES, total), several=several,
         notices=[f'{one.name}: {notice}' if several else str(notice)
                  for one in evaluations for notice in one.notices],
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
-        agree=np.allclose(both[0], both[1], rtol=0.0, atol=1e-9), size_table=size_table,
+        apart=float(np.abs(np.subtract(*both)).max()), size_table=size_table,
         recordings_table=recordings_table, check_table=check_table, table_five=table_five,
         terms_table=terms_table, estimators_table=estimators_table,
         command=command, parameters=parameters)
@@ -202,9 +202,14 @@ def summary_csv(evaluations: Sequence[Evaluation]) -> str:
         for method in METHODS:
             count, *columns = _plain(evaluation.methods.get(method, NOTHING)).values()
             writer.writerows(
-                (evaluation.name, evaluation.topic, evaluation.arm, method, joint, count, *row)
-                for joint, *row in zip(JOINTS, *columns))
+                (_cell(evaluation.name), _cell(evaluation.topic), evaluation.arm, method, joint,
+                 count, *row) for joint, *row in zip(JOINTS, *columns))
     return buffer.getvalue()
+
+
+def _cell(text: str) -> str:
+    """Return text that no spreadsheet takes for a formula."""
+    return "'" + text if text.startswith(('=', '+', '-', '@', '\t', '\r')) else text
 
 
 def _statistics(of: Statistics) -> dict[str, Any]:

@@ -118,8 +118,9 @@ def _evaluate(name='run', effort=True, warnings=(), empty=GAP):
     measured[:, 6] = 0.1  # so that it has no correlation
     error = OFFSET + 0.2 * np.sin(np.outer(time, np.linspace(5.0, 9.0, 7)))
     noise = np.random.default_rng(3).normal(0.0, 3.0, error.shape)
-    errors = {'lagrange_euler': error, 'newton_euler': error, 'first_difference': error + noise,
-              'butterworth_live': 1.1 * error, 'butterworth_aligned': error}
+    errors = {'lagrange_euler': error, 'newton_euler': error + 0.002,
+              'first_difference': error + noise, 'butterworth_live': 1.1 * error,
+              'butterworth_aligned': error}
     signals = {'measured': measured, **{method: measured - errors[method] for method in METHODS},
                **{'error_' + name: values for name, values in errors.items()}}
     bands = {'deviation': Band(*2 * [np.full((N, 7), 0.25)])}

@@ -70,6 +70,17 @@ def test_lines_break_at_gaps_and_not_where_samples_are_sparse(draw, empty, piece
         assert [path.count('M') for path in lines(picture, color)] == [pieces] * panels
 
 
+def test_a_sample_between_two_gaps_is_a_dot(draw):
+    svg = draw(empty=[*range(100, 110), *range(111, 120)]).svg.decode()
+    for color, dots in ((drawing.MEASURED, 1), (drawing.MODEL, 2)):
+        assert len(re.findall(f'<use [^>]*fill: {color}', svg)) == dots
+
+
+def test_joints_that_were_not_fitted_are_crosses(calibration):
+    svg = calibration_figures.parameters_picture(calibration).svg.decode()
+    assert len(re.findall(f'<use [^>]*fill: {drawing.FAINT}', svg)) == 5 + 1  # and in the legend
+
+
 def test_the_expected_range_is_shaded_but_does_not_dwarf_the_error(draw):
     def drawn(deviation):
         picture = draw({'deviation': drawing.Band(*2 * [np.full((250, 7), deviation)])})

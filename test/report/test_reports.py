@@ -214,7 +214,7 @@ def test_summary_csv(evaluation_folder, evaluate):
                        'mean_abs [N m]', 'signed_mean [N m]', 'correlation']
     assert len(rows) == 1 + 3 * len(METHODS) * len(JOINTS)
     s1 = rows[1 + len(JOINTS) + 1]
-    assert s1[:6] == [SHOWN, '/robot/joint_states', 'right', 'newton_euler', 's1', '237']
+    assert s1[:6] == ["'" + SHOWN, '/robot/joint_states', 'right', 'newton_euler', 's1', '237']
     assert [float(cell) for cell in s1[6:]] == [
         column[1] for column in evaluate().methods['newton_euler'][1:]]
     assert rows[7][-1] == ''  # no correlation at w2
@@ -250,6 +250,7 @@ def test_verdict_advice_and_warnings_come_first(pages):
     assert 'too short: nothing could be predicted' in before
     assert 'no valid measured effort, so the figures show the prediction alone' in after
     assert 'Nothing could be predicted' in after
+    assert 'differ by up to 0.002 N m, which they should not' in after
     assert re.search(r'not_this_arm\s*5', after)
 
 

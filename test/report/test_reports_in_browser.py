@@ -107,6 +107,13 @@ def test_a_link_unfolds_its_recording(page):
         assert not page.locator('#recording-1 img').first.is_visible()
 
 
+def test_an_address_unfolds_its_recording(browser, evaluation_folder):
+    page = browser.new_page()
+    page.goto((evaluation_folder / 'report.html').as_uri() + '#recording-2')
+    page.wait_for_function("document.getElementById('recording-2').open")
+    page.close()
+
+
 def test_nothing_is_cut_on_paper(page):
     page.emulate_media(media='print')
     page.set_viewport_size({'width': 703, 'height': 1032})  # A4 less margins of 12 mm, at 96 dpi
