@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip('casadi', reason='needed to generate: pip install casadi')
 from tools.closed_form.__main__ import generated  # noqa: E402, I100
+from tools.closed_form.derivation import program_of  # noqa: E402
 from tools.closed_form.quantities import Arm, PARAMETERS, QUANTITIES  # noqa: E402
 from tools.closed_form.sizes import table  # noqa: E402
 
@@ -33,5 +34,8 @@ def test_generated_files_are_up_to_date():
 
 
 def test_documented_table_is_up_to_date():
-    document = Path(__file__).parents[2] / 'docs' / 'closed_form.md'
-    assert table() + '\n' in document.read_text(encoding='utf-8')
+    text = (Path(__file__).parents[2] / 'docs' / 'closed_form.md').read_text(encoding='utf-8')
+    assert table() + '\n' in text
+    tau, terms = (program_of(QUANTITIES[name], tilted=True).operations()
+                  for name in ('inverse_dynamics', 'terms'))
+    assert f'has {tau} and M, C, G {terms:,}. ' in text

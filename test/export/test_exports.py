@@ -206,6 +206,26 @@ def test_python_on_sympy_symbols(module):
     np.testing.assert_allclose(result, ARM.gravity(np.full(7, 0.3)), rtol=1e-11, atol=1e-11)
 
 
+def test_python_on_jax_arrays(module, states):
+    jax = pytest.importorskip('jax', reason='needs JAX: pip install jax')
+    jax.config.update('jax_enable_x64', True)
+    q, qd, qdd = (states[name][0] for name in ('q', 'qd', 'qdd'))
+    gradient = jax.jit(jax.jacfwd(lambda x: jax.numpy.stack(module.inverse_dynamics(
+        jax.numpy.sin(x), jax.numpy.cos(x), qd, qdd, module.VALUES))))(q)
+    np.testing.assert_allclose(gradient, ARM.inverse_dynamics_gradient(q, qd, qdd)[0],
+                               rtol=0.0, atol=1e-11)
+
+
+def test_python_on_torch_tensors(module, states):
+    torch = pytest.importorskip('torch', reason='needs PyTorch: pip install torch')
+    q, qd, qdd = (torch.tensor(states[name][0]) for name in ('q', 'qd', 'qdd'))
+    gradient = torch.autograd.functional.jacobian(lambda x: torch.stack(module.inverse_dynamics(
+        torch.sin(x), torch.cos(x), qd, qdd, module.VALUES)), q)
+    np.testing.assert_allclose(
+        gradient.numpy(), ARM.inverse_dynamics_gradient(*(x.numpy() for x in (q, qd, qdd)))[0],
+        rtol=0.0, atol=1e-11)
+
+
 def test_python_imports_nothing(module, tmp_path):
     code = ('import sys; before = set(sys.modules); import baxter_dynamics as b; '
             'assert set(sys.modules) - before == {"baxter_dynamics"}; '
