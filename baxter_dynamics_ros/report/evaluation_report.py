@@ -48,14 +48,15 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
                      for k, joint in enumerate(JOINTS) if one.shares]
                     for i, one in enumerate(evaluations, 1)]
     several = len(evaluations) > 1
-    both = [total.methods.get(method, NOTHING)[1:4] for method in METHODS]  # all in N m
+    # RMS, mean |e| and signed mean of each method [N m].
+    errors = [total.methods.get(method, NOTHING)[1:4] for method in METHODS]
     page = render(
         'evaluation.html.j2', evaluations=evaluations, pictures=pictures, total=total,
         assessment=assessment, findings=findings(RULES, total), several=several,
         notices=[f'{one.name}: {notice}' if several else str(notice)
                  for one in evaluations for notice in one.notices],
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
-        apart=float(np.abs(np.subtract(*both)).max()), size_table=size_table,
+        apart=float(np.ptp(errors, axis=0).max()), size_table=size_table,
         recordings_table=recordings_table, check_table=check_table, table_five=table_five,
         terms_table=terms_table, estimators_table=estimators_table,
         command=command, parameters=parameters)
