@@ -16,8 +16,8 @@ from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
-from ..recordings.data_check import DataCheck, Notice, RunningCheck, Samples
-from ..recordings.playback import play
+from ..recordings.data_check import DataCheck, Notice, RunningCheck
+from ..recordings.playback import play, Samples
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments
 

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from .playback import Samples
 from .velocity_lag import Lag, lag_and_scale, TRAVEL, velocity_sums
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
@@ -24,8 +25,6 @@ _MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
 _SAME = np.arange(N_JOINTS)
 
-_Samples = TypeVar('_Samples', bound='Samples')
-
 
 @dataclass(frozen=True)
 class Notice:
@@ -40,24 +39,6 @@ class Notice:
     def __str__(self) -> str:
         """Return the text, preceded by the recording if there is one."""
         return f'{self.recording}: {self.text}' if self.recording else self.text
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Estimates of a recording that have a measured effort; arrays (n, 7) in joint order."""
-
-    time: Array  # (n,) instants of the estimates [s]
-    q: Array  # [rad]
-    qd: Array  # [rad/s]
-    qdd: Array  # [rad/s^2]
-    effort: Array  # measured [N m]
-    newest_q: Array  # newest position at the time of the estimate [rad]
-    newest_qd: Array  # newest measured velocity [rad/s]; NaN if missing
-
-    def take(self: _Samples, rows: 'slice | Bools') -> _Samples:
-        """Return some rows, a slice or (n,) bool."""
-        return replace(self, **{name: value[rows] for name, value in vars(self).items()
-                                if isinstance(value, np.ndarray)})
 
 
 class Gain(NamedTuple):

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
-from .data_check import DataCheck, Notice, RunningCheck, Samples
+from .data_check import DataCheck, Notice, RunningCheck
 from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics,
                                  Statistics)
-from .playback import Block, play, stamp_statistics, StampStatistics
+from .playback import Block, play, Samples, stamp_statistics, StampStatistics
 from .recording import Recording
 from ..estimation.events import Event
 from ..estimation.explanation import Explained, ResidualExplainer, WINDOW

@@ -1,7 +1,8 @@
 """Playback of a recording through the node's predictor in blocks; regularity of its stamps."""
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -10,13 +11,14 @@ from ..estimation.continuity import GAP
 from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
 from ..estimation.stream import State
-from ..model.arrays import Array
+from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 
 BLOCK = 256  # estimates in a batch, few enough for the processor's cache
 
 _NOTHING = np.full(N_JOINTS, np.nan)
 _FEW = 20  # intervals below which nothing can be concluded
+_Samples = TypeVar('_Samples', bound='Samples')
 
 
 class Block(NamedTuple):
@@ -29,6 +31,24 @@ class Block(NamedTuple):
     effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
     dt: Array  # (n,) time since the previous measurement [s]
     first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Estimates of a recording that have a measured effort; arrays (n, 7) in joint order."""
+
+    time: Array  # (n,) instants of the estimates [s]
+    q: Array  # [rad]
+    qd: Array  # [rad/s]
+    qdd: Array  # [rad/s^2]
+    effort: Array  # measured [N m]
+    newest_q: Array  # newest position at the time of the estimate [rad]
+    newest_qd: Array  # newest measured velocity [rad/s]; NaN if missing
+
+    def take(self: _Samples, rows: 'slice | Bools') -> _Samples:
+        """Return some rows, a slice or (n,) bool."""
+        return replace(self, **{name: value[rows] for name, value in vars(self).items()
+                                if isinstance(value, np.ndarray)})
 
 
 class StampStatistics(NamedTuple):

@@ -78,7 +78,7 @@ def test_every_parameter_shows(max_velocity, duration):
     assert np.abs(qd).max() <= max_velocity
     for x, slope in zip((q, qd), (qd, qdd)):
         np.testing.assert_allclose(np.gradient(x, STEP, axis=0)[1:-1], slope[1:-1], atol=5e-3)
-    assert (progress(time, q).seen == 1.0).all()
+    assert (progress(time, q)[0] == 1.0).all()
     condition, own = judge(q, qd, qdd)
     assert condition < 45.0
     assert min(own.values()) > 0.06
