@@ -112,7 +112,10 @@ class Robot(Node):
                 '--ros-args', *LOSSLESS, *arguments], {**os.environ, **environment})
             self.wait_for_node()
         else:
+            self.spin(0.15)  # joint states and results of the test before
             self.call(Trigger, 'reset')
+            self.predicted.clear()
+            self.residual.clear()
         return self._predictor
 
     def end_predictor(self):
