@@ -157,7 +157,7 @@ def refuse(motions: list[Motion]) -> None:
         raise CalibrationError(f'{counts[Event.IMPLAUSIBLE]} of {counts["received"]} joint states '
                                f'hold {Event.IMPLAUSIBLE.remedy}')
     if not taken:
-        raise CalibrationError('no valid joint states of the arm: evaluate says what is wrong')
+        raise CalibrationError('no valid joint states of the arm: evaluate reports the reason')
     for event in (Event.EFFORT_ALL_ZERO, Event.EFFORT_MISSING):
         if counts[event] > 0.5 * taken:
             raise CalibrationError(f'{counts[event]} of {taken} joint states have no valid effort '

@@ -9,7 +9,7 @@ _C_USAGE = (
     'Compile with optimisation for your processor:',
     '    gcc -O3 -march=native -c baxter_dynamics.c',
     'The source needs C99 and the C library alone, and allocates nothing. Do not add -ffast-math: '
-    'batches are vectorised as they are.')
+    'batches are vectorised without it.')
 _STATE = {'q': (0.1, -0.5, 0.2, 1.0, -0.3, 0.7, 0.4),
           'qd': (0.5, -0.4, 0.3, 0.6, -0.8, 1.0, -1.2),
           'qdd': (1.0, 0.5, -1.0, 2.0, -1.5, 1.0, 3.0)}

@@ -26,7 +26,7 @@ def files(arm: BaxterArm, command: str, side: str, effort: EffortModel,
     The arm's joints get the geometry of Table II, its links the masses, centres of mass and
     inertias of the arm with its payload, and its joints the viscous and Coulomb friction of the
     effort model. Link frames keep their orientation, so that meshes stay in place. The gripper is
-    left out: a payload stands for it. The other arm and the head stay as they are. ``arm`` has the
+    left out: a payload stands for it. The other arm and the head are unchanged. ``arm`` has the
     mount of its side; ``description`` is the robot's URDF, by default an installed one.
     """
     path = description or find_description()
