@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .retiming import MODES
-from .setting import Floats, Group, setting
 from ..model import effort, paper_tables
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
@@ -23,6 +22,7 @@ from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import BASE_FRAME, gravity_in_base, mount, N_JOINTS, SIDES
 from ..model.parameters import link_parameters, Payload
+from ..model.setting import Floats, Group, setting
 
 METHODS = ('lagrange_euler', 'newton_euler')
 MATCHED = 'matched'  # effort band

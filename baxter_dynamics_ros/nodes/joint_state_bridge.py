@@ -13,8 +13,8 @@ from .diagnostic_updater import DiagnosticUpdater, ERROR, OK, Status, WARN
 from .messages import set_stamp
 from .process import run
 from .ros_parameters import ParameterNode
-from ..estimation.setting import Setting
 from ..model.exceptions import ArgumentError
+from ..model.setting import Setting
 from ..ros1 import wire
 from ..ros1.source import Source
 from ..ros1.subscriber import Subscriber

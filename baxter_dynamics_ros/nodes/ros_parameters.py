@@ -12,8 +12,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from .rclpy_internals import given_parameters
-from ..estimation.setting import Setting
 from ..model.exceptions import ArgumentError
+from ..model.setting import Setting
 
 # A change builds a model, which delays joint states by milliseconds.
 _AT_ONCE, _PER_SECOND = 100.0, 20.0

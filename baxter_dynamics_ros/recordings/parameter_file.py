@@ -13,10 +13,10 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from ..estimation.setting import Setting
 from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
+from ..model.setting import Setting
 
 NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000

@@ -6,14 +6,16 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, ClassVar
 
-from ..model.arrays import finite, number
-from ..model.exceptions import ArgumentError
+from .arrays import finite, number
+from .exceptions import ArgumentError
 
 Floats = tuple[float, ...]
 
-_PARAMETERS = {bool: 'true or false', str: 'a string', int: 'an integer such as 2',
-               float: 'a number with a decimal point such as 1.0',
-               tuple: 'a list of numbers with decimal points such as [1.0, 2.0]'}
+# Type of a value -> words for it in errors; a tuple is a list of numbers.
+TYPE_WORDS: dict[type, str] = {
+    bool: 'true or false', int: 'an integer such as 2',
+    float: 'a number with a decimal point such as 1.0', str: 'a string',
+    tuple: 'a list of numbers with decimal points such as [1.0, 2.0]'}
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Setting:
         kind = type(self.default)
         parts = list(value) if kind is tuple and isinstance(value, (list, tuple, array)) else []
         if not (parts and type(parts[0]) is float if kind is tuple else type(value) is kind):
-            raise ArgumentError(self.name, f'expected {_PARAMETERS[kind]}, got {value!r:.40}')
+            raise ArgumentError(self.name, f'expected {TYPE_WORDS[kind]}, got {value!r:.40}')
         return self.check(value)
 
     def _number(self, name: str, value: Any) -> float:
