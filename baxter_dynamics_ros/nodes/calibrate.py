@@ -23,7 +23,6 @@ from ..estimation.continuity import GAP
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor, Step
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import N_JOINTS
 
@@ -47,9 +46,7 @@ class CalibrateAction(WaitingRequest):
         super().__init__(node, predictor, statistics)
         self._action = action
         self._names = list(predictor.stream.selector.names)
-        # Time since the first joint state [s], stamp and time of receipt [ns]; position, velocity
-        # and effort (7,), NaN where missing.
-        self._rows: list[tuple[float, int, int, Array, Array, Array]] = []
+        self._elapsed = 0.0  # recorded time on the clock of the stamps [s]
         self._newest_ns = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._server = ActionServer(
@@ -57,8 +54,13 @@ class CalibrateAction(WaitingRequest):
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
 
     def add(self, message: JointState, received_ns: int, step: Step) -> None:
-        """Record a joint state while a goal is active."""
-        if not self._is_running:
+        """
+        Record a joint state while a goal needs it.
+
+        A row has the time since the first joint state [s], stamp and time of receipt [ns], and
+        position, velocity and effort (7,), NaN where missing.
+        """
+        if self._kept is None:
             return
         layout = self._predictor.stream.selector.layout(message.name)
         if isinstance(layout, Event):
@@ -67,28 +69,23 @@ class CalibrateAction(WaitingRequest):
             dt = (step.state.stamp_ns - self._newest_ns) * 1e-9
             self._elapsed += dt if 0.0 < dt < GAP else 0.0
             self._newest_ns = step.state.stamp_ns
-        position, velocity, effort = (
+        self._kept.append((self._elapsed, stamp_ns(message.header), received_ns, *(
             from_field(field)[layout] if len(field) == len(message.name)
             else np.full(N_JOINTS, np.nan)
-            for field in (message.position, message.velocity, message.effort))
-        self._rows.append((self._elapsed, stamp_ns(message.header), received_ns, position,
-                           velocity, effort))
+            for field in (message.position, message.velocity, message.effort))))
 
     def destroy(self) -> None:
         """End the fit and the server."""
-        self._end_process()
+        self._end_fit()
         self._server.destroy()
 
     async def _execute(self, handle: ServerGoalHandle) -> Any:
         result = self._action.Result(joint_names=self._names)
         try:
-            with self._only('calibration'):
+            with self._only('calibration'), TemporaryDirectory('_baxter_calibration') as path:
                 self._refuse(handle.request)
-                try:
-                    await self._record(handle)
-                    self._use(await self._fit(handle), handle.request.file, result)
-                finally:
-                    self._end_process()
+                await self._record(handle, Path(path))
+                self._use(await self._fit(handle, Path(path)), handle.request.file, result)
             handle.succeed()
         except RefusedError as error:
             result.message = f'nothing was changed: {error}'
@@ -112,48 +109,51 @@ class CalibrateAction(WaitingRequest):
         if not self._node.values['effort_model.enabled']:
             raise RefusedError('effort_model.enabled is false: nothing can be calibrated')
 
-    async def _record(self, handle: ServerGoalHandle) -> None:
-        """Record joint states for the duration of the goal."""
-        from ..calibration.live import progress
-        self._rows = []
-        self._elapsed = 0.0  # [s] on the clock of the stamps
-        self._newest_ns = 0
+    async def _record(self, handle: ServerGoalHandle, folder: Path) -> None:
+        """Record joint states for the duration of the goal, and write the input of the fit."""
+        from ..calibration.live import write_input
+        goal, reported = handle.request, -np.inf
+        self._kept = rows = list[Any]()
+        self._elapsed, self._newest_ns = 0.0, 0
         self._values = self._node.values  # replaced by each change
-        reported = -np.inf
-        while self._elapsed < handle.request.duration:
+        while self._elapsed < goal.duration:
             self._refuse_old_states()
-            accepted = self._statistics.accepted
-            if accepted and accepted.state and accepted.state.effort is None:
+            state = self._statistics.accepted.state
+            if state and state.effort is None:
                 raise RefusedError('there is no measured effort: see the status effort')
-            if time.monotonic() - reported > _FEEDBACK_PERIOD and self._rows:
+            if time.monotonic() - reported > _FEEDBACK_PERIOD and rows:
                 reported = time.monotonic()
-                shown = self._rows[::len(self._rows) // _MOST_SHOWN + 1]
-                seen, advice = progress(np.array([row[0] for row in shown]),
-                                        np.array([row[3] for row in shown]))
-                handle.publish_feedback(self._action.Feedback(
-                    elapsed=self._elapsed, joint_names=self._names, seen=seen.tolist(),
-                    advice=advice))
+                self._report(handle, rows)
             await self._wait(handle)
+        self._kept = None
+        write_input(folder / 'in.npz', self._names, [row[1:] for row in rows],
+                    PredictorSettings.from_parameters(self._values), goal.inertial, goal.payload)
 
-    async def _fit(self, handle: ServerGoalHandle) -> Any:
+    def _report(self, handle: ServerGoalHandle, rows: list[Any]) -> None:
+        """Publish the progress as feedback."""
+        from ..calibration.live import progress
+        elapsed, _, _, q, _, _ = zip(*rows[::len(rows) // _MOST_SHOWN + 1])
+        seen, advice = progress(np.array(elapsed), np.array(q))
+        handle.publish_feedback(self._action.Feedback(
+            elapsed=self._elapsed, joint_names=self._names, seen=seen.tolist(), advice=advice))
+
+    async def _fit(self, handle: ServerGoalHandle, folder: Path) -> Any:
         """Return the result of the fit."""
-        from ..calibration.live import COMMAND, ENVIRONMENT, read_result, write_input
-        goal = handle.request
-        with TemporaryDirectory(prefix='baxter_calibration_') as folder:
-            given, found, log = (Path(folder) / name for name in ('in.npz', 'out.json', 'log'))
-            write_input(given, self._names, [row[1:] for row in self._rows],
-                        PredictorSettings.from_parameters(self._values), goal.inertial,
-                        goal.payload)
-            with open(log, 'w') as output:
-                self._process = subprocess.Popen(
-                    [*COMMAND, str(given), str(found)], stdin=subprocess.DEVNULL, stdout=output,
-                    stderr=output, env={**os.environ, **ENVIRONMENT})
+        from ..calibration.live import COMMAND, ENVIRONMENT, read_result
+        found, log = folder / 'out.json', folder / 'log'
+        with open(log, 'w') as output:
+            self._process = subprocess.Popen(
+                [*COMMAND, str(folder / 'in.npz'), str(found)], stdin=subprocess.DEVNULL,
+                stdout=output, stderr=output, env={**os.environ, **ENVIRONMENT})
+        try:
             while self._process.poll() is None:
                 await self._wait(handle)
-            if not found.exists():
-                raise RefusedError('the fit failed: ' + (
-                    log.read_text().strip().splitlines() or ['no output'])[-1])
-            return read_result(found)
+        finally:
+            self._end_fit()
+        if not found.exists():
+            raise RefusedError('the fit failed: ' + (
+                log.read_text().strip().splitlines() or ['no output'])[-1])
+        return read_result(found)
 
     def _use(self, found: Any, file: str, result: Any) -> None:
         """Set the fitted parameters if they are better, and write the file."""
@@ -163,9 +163,7 @@ class CalibrateAction(WaitingRequest):
         if not found.better:
             raise RefusedError(found.message)
         parameters = [Parameter(name, value=value) for name, value in found.values.items()]
-        answer = self._node.set_parameters_atomically(parameters)
-        if not answer.successful:
-            raise RefusedError(answer.reason)
+        self._set(parameters)
         result.success = True
         result.parameters = [parameter.to_parameter_msg() for parameter in parameters]
         result.message = '; '.join([found.message, *found.notices])
@@ -185,8 +183,7 @@ class CalibrateAction(WaitingRequest):
         if self._node.values != self._values:
             raise RefusedError('parameters were changed during the calibration')
 
-    def _end_process(self) -> None:
-        process, self._process = self._process, None
-        if process is not None and process.poll() is None:
-            process.kill()
-            process.wait()
+    def _end_fit(self) -> None:
+        if self._process is not None:
+            self._process.kill()  # has no effect once it has ended
+            self._process.wait()

@@ -27,6 +27,11 @@ class Status:
     values: dict[str, object] = field(default_factory=dict)
 
 
+def first_case(values: dict[str, object], *cases: tuple[object, bytes, str]) -> Status:
+    """Return a status with level and message of the first case whose condition holds."""
+    return next(Status(level, message, values) for holds, level, message in cases if holds)
+
+
 class DiagnosticUpdater:
     """
     Publishes diagnostics once a second, and logs each change of a status.

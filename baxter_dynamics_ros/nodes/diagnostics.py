@@ -1,12 +1,13 @@
 """Diagnostic statuses of the predictor: one method per status, each with levels of REP-107."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
 from rclpy.node import Node
 
-from .diagnostic_updater import ERROR, OK, STALE, Status, WARN
+from .diagnostic_updater import ERROR, first_case, OK, STALE, Status, WARN
 from .process import GuardedExecutor
 from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
@@ -39,7 +40,7 @@ class PredictorDiagnostics:
     topic: str  # topic of the joint states
     predictor: Predictor
     statistics: StepStatistics
-    explanation: str = ''  # of the residual
+    explain: Callable[[], str]  # returns the explanation of the residual
 
     def report(self, period: float) -> dict[str, Status]:
         """Return all statuses, given the time since the last report [s]."""
@@ -63,7 +64,7 @@ class PredictorDiagnostics:
                                 **mismatch._asdict()))
         if lost:
             problems.append(f'{lost} messages lost in transport')
-        return _status(
+        return first_case(
             {'rate [Hz]': f'{self.statistics.rate:.1f}',
              'age [s]': f'{self.statistics.age:.3f}',
              'publishers': self.node.count_publishers(self.topic),
@@ -97,17 +98,16 @@ class PredictorDiagnostics:
         accepted, predicted = self.statistics.accepted, self.statistics.predicted
         is_searching = clock.retimed and not clock.period
         values = {'source': clock.source, 're-timed': clock.retimed}
-        if accepted and accepted.state:
+        if accepted.state:
             values['newest stamp [s]'] = f'{accepted.state.stamp_ns * 1e-9:.3f}'
         if clock.retimed and clock.period:
             values['period [s]'] = f'{clock.period:.6f}'
             values['jitter of arrival [s]'] = f'{clock.jitter:.4f}'
         for result, delay, nominal in (
-                ('predictions', predicted and predicted.delay, estimator.delay),
-                ('external effort', accepted and accepted.external_delay,
-                 estimator.velocity_lag)):
+                ('predictions', predicted.delay, estimator.delay),
+                ('external effort', accepted.external_delay, estimator.velocity_lag)):
             values[f'delay of {result} [s]'] = f'{nominal if delay is None else delay:.4f}'
-        return _status(
+        return first_case(
             {**values, **self._counts(Event.AWAITING_PERIOD)},
             (self._is_stale, STALE, 'waiting for joint states'),
             (not is_searching, OK, _CLOCKS[clock.source]),
@@ -121,7 +121,7 @@ class PredictorDiagnostics:
         state = ('waiting' if self._is_stale else
                  'running' if statistics.since('predicted') else 'settling')
         problems = self._remedies(_FILTER_EVENTS)
-        return _status(
+        return first_case(
             {'state': state, 'settling time [s]': f'{estimator.settling_time:.3f}',
              **self._counts('predicted', *_FILTER_EVENTS)},
             (problems, WARN, '; '.join(problems)),
@@ -136,7 +136,7 @@ class PredictorDiagnostics:
 
     def _effort(self) -> Status:
         problems = self._remedies(NO_EFFORT)
-        return _status(
+        return first_case(
             {'valid': 'unknown' if self._is_stale else not problems, **self._counts(*NO_EFFORT)},
             (self._is_stale, STALE, 'no measured effort: waiting for joint states'),
             (problems, WARN, '; '.join(problems)),
@@ -148,7 +148,7 @@ class PredictorDiagnostics:
             STALE if self._is_stale else OK,
             'RMS of measured minus predicted effort' if rms is not None else
             'no residual in the last second: see the statuses filter and effort',
-            {'explanation': 'none' if self._is_stale else self.explanation or 'none',
+            {'explanation': 'none' if self._is_stale else self.explain(),
              **{f'{joint} RMS [N m]': 'none' if rms is None else f'{rms[i]:.3f}'
                 for i, joint in enumerate(JOINTS)}})
 
@@ -158,7 +158,7 @@ class PredictorDiagnostics:
         is_missing = self._is_stale or not self.statistics.since('external')
         is_unknown = is_missing or external.is_too_slow or detector.is_settling
         joints = _named(detector.joints)
-        status = _status(
+        status = first_case(
             {'contact': 'unknown' if is_unknown else detector.in_contact,
              'contact for [s]': f'{detector.duration:.1f}',
              'joints in contact': joints,
@@ -185,7 +185,7 @@ class PredictorDiagnostics:
         return status
 
     def _callbacks(self, executor: GuardedExecutor) -> Status:
-        return _status(
+        return first_case(
             {**self._counts('failed'), 'last failure': executor.last_failure or 'none'},
             (self.statistics.since('failed'), WARN,
              f'a callback failed in the last second: {executor.last_failure}'),
@@ -199,11 +199,6 @@ class PredictorDiagnostics:
     def _counts(self, *events: Event | str) -> dict[str, object]:
         return {event.value if isinstance(event, Event) else event: self.statistics.counts[event]
                 for event in events}
-
-
-def _status(values: dict[str, object], *cases: tuple[object, bytes, str]) -> Status:
-    """Return a status with level and message of the first case whose condition holds."""
-    return next(Status(level, message, values) for holds, level, message in cases if holds)
 
 
 def _listed(names: tuple[str, ...]) -> str:

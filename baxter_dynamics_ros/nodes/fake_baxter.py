@@ -1,6 +1,7 @@
 """Node fake_baxter: simulated Baxter that publishes joint states like the real robot."""
 
 from dataclasses import replace
+from functools import partial
 import sys
 from typing import Any
 
@@ -67,7 +68,7 @@ class FakeBaxterNode(ParameterNode):
             payload=Payload(given['payload.mass'], given['payload.center_of_mass']),
             gravity=given['gravity'])
         self.apply(given)
-        self.accept_changes()
+        self.check_given_names()
 
         self._selector = JointSelector(given['arm'])
         self._rejected = 0  # number of torque commands
@@ -83,7 +84,6 @@ class FakeBaxterNode(ParameterNode):
         self.get_logger().info(
             f'simulating a Baxter: {given["arm"]} arm, trajectory {given["trajectory"]}, '
             f'{given["rate"]:g} joint states per second on {self._publisher.topic_name}; '
-            'parameters that differ from their defaults: '
             f'{self.changed_settings()}')
 
     def apply(self, built: dict[str, Any]) -> None:
@@ -133,10 +133,7 @@ class FakeBaxterNode(ParameterNode):
         return from_field(message.effort)[layout]
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the fake Baxter until it is interrupted or terminated."""
-    return run(FakeBaxterNode, 'fake_baxter', args)
-
+main = partial(run, FakeBaxterNode, 'fake_baxter')
 
 if __name__ == '__main__':
     sys.exit(main())

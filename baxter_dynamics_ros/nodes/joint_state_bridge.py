@@ -1,5 +1,6 @@
 """Node joint_state_bridge: republishes joint states of a ROS 1 robot in ROS 2, read-only."""
 
+from functools import partial
 import os
 import sys
 from typing import Any
@@ -9,7 +10,7 @@ from rclpy.exceptions import InvalidTopicNameException
 from sensor_msgs.msg import JointState
 
 from . import topics
-from .diagnostic_updater import DiagnosticUpdater, ERROR, OK, Status, WARN
+from .diagnostic_updater import DiagnosticUpdater, ERROR, first_case, OK, Status, WARN
 from .messages import set_stamp
 from .process import run
 from .ros_parameters import ParameterNode
@@ -36,7 +37,7 @@ class JointStateBridge(ParameterNode):
                     choices=CLOCKS, read_only=True)))
         names = self.declare_parameter('topics', [topics.JOINT_STATES], ParameterDescriptor(
             description='Topics of sensor_msgs/JointState to republish.', read_only=True)).value
-        self.accept_changes()
+        self.check_given_names()
         master_uri, self._clock_mode = values['master_uri'], values['clock']
         if not master_uri:
             raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
@@ -80,26 +81,22 @@ class JointStateBridge(ParameterNode):
         sources = subscriber.sources(topic)
         for source in sources:
             source.close_period(period)
-        problems = list(dict.fromkeys(map(str, subscriber.problems(topic))))
+        problems = '; '.join(dict.fromkeys(map(str, subscriber.problems(topic))))
         others = self.count_publishers(topic) - 1
-        status = Status(OK, f'receiving joint states on {topic}')
-        if subscriber.is_silent(topic):
-            status = Status(ERROR, '; '.join(problems) or f'waiting for {topic}')
-        elif problems:
-            status = Status(WARN, '; '.join(problems))
-        elif others > 0:
-            status = Status(WARN, f'{topic} has {others} other publishers in ROS 2: joint states '
-                            'may arrive twice; check for a second bridge')
-        status.values = {
-            'publishers': len(subscriber.connections(topic)),
-            'other publishers in ROS 2': others,
-            **{f'{source.publisher} {key}': value for source in sources for key, value in (
-                ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
-                ('lost', source.lost), ('repeated', source.repeated),
-                ('clock offset [s]', f'{source.clock.offset_ns * 1e-9:.6f}'),
-                ('jitter of arrival [s]', f'{source.jitter:.6f}'),
-                ('clock steps', source.clock.steps))}}
-        return status
+        return first_case(
+            {'publishers': len(subscriber.connections(topic)),
+             'other publishers in ROS 2': others,
+             **{f'{source.publisher} {key}': value for source in sources for key, value in (
+                 ('rate [Hz]', f'{source.rate:.1f}'), ('received', source.received),
+                 ('lost', source.lost), ('repeated', source.repeated),
+                 ('clock offset [s]', f'{source.clock.offset_ns * 1e-9:.6f}'),
+                 ('jitter of arrival [s]', f'{source.jitter:.6f}'),
+                 ('clock steps', source.clock.steps))}},
+            (subscriber.is_silent(topic), ERROR, problems or f'waiting for {topic}'),
+            (problems, WARN, problems),
+            (others > 0, WARN, f'{topic} has {others} other publishers in ROS 2: joint states may '
+             'arrive twice; check for a second bridge'),
+            (True, OK, f'receiving joint states on {topic}'))
 
     def _publisher(self, topic: str) -> Any:
         try:
@@ -112,20 +109,16 @@ class JointStateBridge(ParameterNode):
 
 
 def _master_status(subscriber: Subscriber) -> Status:
-    master = subscriber.master
-    values: dict[str, object] = {
-        'address': master.address, 'reachable from the master': subscriber.is_called,
-        'malformed headers and messages': subscriber.malformed,
-        'reconnections': subscriber.reconnections}
-    if subscriber.problem is not None:
-        return Status(ERROR, str(subscriber.problem), values)
-    return Status(OK, f'connected to http://{master.host}:{master.port}/', values)
+    master, problem = subscriber.master, subscriber.problem
+    return first_case(
+        {'address': master.address, 'reachable from the master': subscriber.is_called,
+         'malformed headers and messages': subscriber.malformed,
+         'reconnections': subscriber.reconnections},
+        (problem, ERROR, str(problem)),
+        (True, OK, f'connected to http://{master.host}:{master.port}/'))
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the bridge until it is interrupted or terminated."""
-    return run(JointStateBridge, 'joint_state_bridge', args)
-
+main = partial(run, JointStateBridge, 'joint_state_bridge')
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -12,11 +12,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from .rclpy_internals import given_parameters
-from ..model.exceptions import ArgumentError
+from ..model.exceptions import ArgumentError, BaxterDynamicsError
 from ..model.setting import Setting
 
 # A change builds a model, which delays joint states by milliseconds.
-_AT_ONCE, _PER_SECOND = 100.0, 20.0
+_AT_ONCE, _PER_SECOND = 100, 20
 
 
 class ParameterNode(Node):
@@ -31,8 +31,7 @@ class ParameterNode(Node):
         super().__init__(name)
         self.values: dict[str, Any] = {}  # parameter name -> current value; lists are tuples
         self._settings: dict[str, Setting] = {}
-        self._accepted: Any = None  # what build() returned of the values accepted last
-        self._allowed, self._asked = _AT_ONCE, 0.0  # changes, at monotonic time [s]
+        self._next_change = -math.inf  # earliest monotonic time at the allowed rate [s]
 
     def build(self, values: dict[str, Any]) -> Any:
         """Return the argument of ``apply``; raise ArgumentError for inconsistent values."""
@@ -49,68 +48,64 @@ class ParameterNode(Node):
             self.values[setting.name] = setting.check_parameter(
                 given.get(setting.name, setting.default))
             self.declare_parameter(setting.name, setting.default, _descriptor(setting))
-        self._accepted = self.build(self.values)
-        return self._accepted
+        return self.build(self.values)
 
-    def accept_changes(self) -> None:
+    def check_given_names(self) -> None:
         """
-        Accept parameter changes from now on; call this after declaring all parameters.
+        Raise ArgumentError if a given name resembles a parameter of this node.
 
-        Raises ArgumentError if a given name resembles a parameter of this node. Other unknown
-        names are logged, as a parameter file may be shared with another node.
+        Call this after declaring all parameters. Other unknown names are logged, as a parameter
+        file may be shared with another node.
         """
         for name in given_parameters(self):
             if not self.has_parameter(name):
                 if self._similar(name):
                     raise ArgumentError(name, f'no such parameter{self._similar(name)}')
                 self.get_logger().warning(f'parameter {name} is given, but this node has none')
-        self.add_on_set_parameters_callback(self._on_set)
-        self.add_post_set_parameters_callback(self._on_post_set)
 
     def changed_settings(self) -> str:
-        """Return the names of the settings that differ from their defaults."""
-        return ', '.join(name for name, setting in self._settings.items()
-                         if setting.check(self.values[name]) != setting.default) or 'none'
+        """Return the names of the settings that differ from their defaults, for a log line."""
+        names = [name for name, setting in self._settings.items()
+                 if self.values[name] != setting.default]
+        return f'parameters that differ from their defaults: {", ".join(names) or "none"}'
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set parameters as rclpy does, if they are valid by themselves and not too many."""
+        """Set parameters as rclpy does and apply them, if they are valid and not too many."""
         try:
-            for name in (parameter.name for parameter in parameter_list):
-                if not self.has_parameter(name):
-                    raise ArgumentError(name, f'no such parameter{self._similar(name)}')
-            self._changed(parameter_list)
-        except ArgumentError as error:
+            values = self._changed(parameter_list)
+            self._limit_rate()
+            built = self.build(values)
+        except BaxterDynamicsError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        result = super().set_parameters_atomically(parameter_list)
+        if result.successful:
+            self.values = values
+            self.apply(built)
+        return result
+
+    def _changed(self, changes: list[Parameter]) -> dict[str, Any]:
+        """Return all values after changes."""
+        values = dict(self.values)
+        for name, value in ((change.name, change.value) for change in changes):
+            if not self.has_parameter(name):
+                raise ArgumentError(name, f'no such parameter{self._similar(name)}')
+            if name in self._settings:
+                values[name] = self._settings[name].check_parameter(value)
+        return values
+
+    def _limit_rate(self) -> None:
         now = time.monotonic()
-        self._allowed = min(_AT_ONCE, self._allowed + _PER_SECOND * (now - self._asked))
-        self._asked = now
-        if self._allowed < 1.0:
-            return SetParametersResult(successful=False, reason=(
-                f'too many changes: at most {_AT_ONCE:g} at once and {_PER_SECOND:g} per second; '
-                'set_parameters_atomically sets several as one change'))
-        self._allowed -= 1.0
-        return super().set_parameters_atomically(parameter_list)
-
-    def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
-        try:
-            self._accepted = self.build(self._changed(changes))
-        except ArgumentError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def _on_post_set(self, changes: list[Parameter]) -> None:
-        self.values = self._changed(changes)
-        self.apply(self._accepted)
+        self._next_change = max(self._next_change, now - _AT_ONCE / _PER_SECOND)
+        if self._next_change > now:
+            raise BaxterDynamicsError(
+                f'too many changes: at most {_AT_ONCE} at once and {_PER_SECOND} per second; '
+                'set_parameters_atomically sets several as one change')
+        self._next_change += 1.0 / _PER_SECOND
 
     def _similar(self, name: str) -> str:
         """Return the question whether a similar parameter is meant; empty if there is none."""
         meant = get_close_matches(name, self.list_parameters([], 0).names, 1, 0.75)
         return f'; did you mean {meant[0]}?' if meant else ''
-
-    def _changed(self, changes: list[Parameter]) -> dict[str, Any]:
-        return {**self.values, **{
-            parameter.name: self._settings[parameter.name].check_parameter(parameter.value)
-            for parameter in changes if parameter.name in self._settings}}
 
 
 def _descriptor(setting: Setting) -> ParameterDescriptor:

@@ -11,12 +11,11 @@ from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import Event
 from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor
-from ..estimation.settings import ArmModel
 from ..model.arrays import Array, finite, Indices
 from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS
 
-# Largest plausible values of a request [rad, rad/s, rad/s^2].
+# Fields of a request and their largest plausible values [rad, rad/s, rad/s^2].
 _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,
               'acceleration': 1e4}
 _ZERO = np.zeros(N_JOINTS)
@@ -43,68 +42,68 @@ class DynamicsServices:
 
     def gravity_torques(self, request: Any, response: Any) -> Any:
         """Handle a request of ``GravityTorques``."""
+        state = request.state
         try:
-            motion = (self._given(request.state) if len(request.state.name)
-                      else self._latest(request.state))
+            motion = self._given(state) if len(state.name) else self._latest(state)
         except ArgumentError as error:
             response.message = str(error)
             return response
         model = self._predictor.model
         gravity = model.arm.gravity(motion.q)
-        response.success = True
-        response.message = f'gravity torques at {motion.origin}{_remark(model, motion.q)}'
         response.gravity = joint_state(self._names, motion.stamp_ns, motion.q, effort=gravity)
         response.actuator_effort = to_field(
             model.effort_model.effort(gravity, motion.q, _ZERO, _ZERO))
-        return response
+        return self._succeed(response, 'gravity torques', motion)
 
     def inverse_dynamics(self, request: Any, response: Any) -> Any:
         """Handle a request of ``InverseDynamics``."""
+        state, acceleration = request.state, request.acceleration
         try:
-            origin, stamp, q, qd, qdd, presliding = (
-                self._given(request.state, request.acceleration) if len(request.state.name)
-                else self._estimate(request.state, request.acceleration))
+            motion = (self._given(state, state.velocity, acceleration) if len(state.name)
+                      else self._estimate(state, acceleration))
         except ArgumentError as error:
             response.message = str(error)
             return response
+        _, stamp, q, qd, qdd, presliding = motion
         model = self._predictor.model
         mass, coriolis, gravity = model.arm.terms(q, qd)
         inertial, velocity = mass @ qdd, coriolis @ qd
         tau = inertial + velocity + gravity
-        response.success = True
-        response.message = f'inverse dynamics at {origin}{_remark(model, q)}'
         response.torque = joint_state(self._names, stamp, q, qd, tau)
-        response.inertial = to_field(inertial)
-        response.coriolis = to_field(velocity)
-        response.gravity = to_field(gravity)
-        response.actuator_effort = to_field(
-            model.effort_model.effort(tau, q, qd, qdd, presliding))
-        response.mass_matrix = mass.ravel()
-        response.coriolis_matrix = coriolis.ravel()
+        for name, values in (
+                ('inertial', inertial), ('coriolis', velocity), ('gravity', gravity),
+                ('actuator_effort', model.effort_model.effort(tau, q, qd, qdd, presliding))):
+            setattr(response, name, to_field(values))
+        response.mass_matrix, response.coriolis_matrix = mass.ravel(), coriolis.ravel()
+        return self._succeed(response, 'inverse dynamics', motion)
+
+    def _succeed(self, response: Any, result: str, motion: _Motion) -> Any:
+        is_held = self._predictor.model.effort_model.spring_is_held(motion.q)
+        response.success = True
+        response.message = f'{result} at {motion.origin}' + (
+            f'; {Event.SPRING_HELD.remedy}' if is_held else '')
         return response
 
-    def _given(self, state: JointState, acceleration: 'array[float] | None' = None) -> _Motion:
-        """Return the motion of a request; without ``acceleration``, the position alone."""
+    def _given(self, state: JointState, *optional: 'array[float]') -> _Motion:
+        """Return the motion of a request: its position, and velocity and acceleration if used."""
         layout = self._predictor.stream.selector.layout(state.name)
         if layout is Event.DUPLICATE_JOINT:
             raise ArgumentError('state.name', 'names a joint of the arm twice')
         if isinstance(layout, Event):
             missing = [name for name in self._names if name not in state.name]
             raise ArgumentError('state.name', f'lacks {", ".join(missing)}')
-        values = [_pick('state.position', state.position, state, layout)]
-        if acceleration is not None:
-            for field, optional in (('state.velocity', state.velocity),
-                                    ('acceleration', acceleration)):
-                values.append(_pick(field, optional, state, layout) if len(optional) else _ZERO)
-        return _Motion('the given state', stamp_ns(state.header), *values)
+        position, *others = _PLAUSIBLE
+        return _Motion('the given state', stamp_ns(state.header),
+                       _pick(position, state.position, state, layout),
+                       *(_pick(field, values, state, layout) if len(values) else _ZERO
+                         for field, values in zip(others, optional)))
 
     def _latest(self, state: JointState) -> _Motion:
         """Return the latest measured position, if it is not out of date."""
         if len(state.position) or len(state.velocity) or len(state.effort):
             raise ArgumentError('state.name', 'empty although the state has values: joints are '
                                 'matched by name')
-        accepted, age = self._statistics.accepted, self._statistics.age
-        latest = accepted and accepted.state
+        latest, age = self._statistics.accepted.state, self._statistics.age
         if latest is None or age > MAX_AGE:
             since = 'yet' if latest is None else f'for {age:.1f} s'
             raise ArgumentError('state', 'empty, which selects the latest measured state, but no '
@@ -118,8 +117,8 @@ class DynamicsServices:
             raise ArgumentError('acceleration', 'has the order of state.name, which is empty: '
                                 'give the state as well, or leave both empty')
         latest = self._latest(state)
-        now = self._statistics.predicted and self._statistics.predicted.estimate
-        if now is None or self._statistics.prediction_age > MAX_AGE:
+        now = self._statistics.predicted.estimate
+        if now is None or latest.stamp_ns - now.stamp_ns > MAX_AGE * 1e9:
             raise ArgumentError('state', 'the acceleration filter has no estimate yet: it settles '
                                 f'within {self._predictor.estimator.settling_time:.2f} s of a '
                                 'start; if it does not, see the diagnostics')
@@ -139,8 +138,3 @@ def _pick(field: str, values: 'array[float]', state: JointState, layout: Indices
         raise ArgumentError(
             field, f'expected at most {_PLAUSIBLE[field]:g} (rad, s), got {largest:g}')
     return result
-
-
-def _remark(model: ArmModel, q: Array) -> str:
-    held = model.effort_model.spring_is_held(q)
-    return f'; {Event.SPRING_HELD.remedy}' if held else ''

@@ -50,9 +50,9 @@ class StepStatistics:
     """Newest steps with their age by a clock [s], and statistics of the last period."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.accepted: Step | None = None  # of the last accepted joint state
-        # Of the last one with a prediction; None after a restart of the stream.
-        self.predicted: Step | None = None
+        self.accepted = Step()  # of the last accepted joint state; empty before
+        # Of the last one with a prediction; empty after a restart of the stream.
+        self.predicted = Step()
         self.loss = MessageLoss()
         # Counts since the start, at the end of the last period and at its beginning.
         self.counts: Counter[Event | str] = Counter()
@@ -66,15 +66,10 @@ class StepStatistics:
         self.touched = np.zeros(N_JOINTS, dtype=bool)  # joints in contact in the last period
         self.unexplained: float | None = None  # torque that the last wrench leaves over [N m]
         self._clock = clock
-        self._accepted_at = self._predicted_at = -float('inf')  # [s]
+        self._accepted_at = -float('inf')  # [s]
         self._withheld = 0  # number of wrenches
         self._residuals: list[Array] = []
         self._touched = self.touched
-
-    @property
-    def prediction_age(self) -> float:
-        """Time since the last prediction [s]; infinite if there was none."""
-        return self._clock() - self._predicted_at
 
     @property
     def age(self) -> float:
@@ -86,10 +81,8 @@ class StepStatistics:
         if step.dropped is not None:
             return
         self.accepted, self._accepted_at = step, self._clock()
-        if step.begins:
-            self.predicted = None
-        if step.estimate is not None:
-            self.predicted, self._predicted_at = step, self._accepted_at
+        if step.begins or step.estimate is not None:
+            self.predicted = step
         if step.prediction is not None and step.prediction.residual is not None:
             self._residuals.append(step.prediction.residual)
         if step.external is not None and step.external.contact:

@@ -1,5 +1,6 @@
 """Node torque_predictor: predicted effort, residual and external torque of one arm."""
 
+from functools import partial
 import sys
 from typing import Any, cast
 
@@ -28,7 +29,6 @@ from ..estimation.predictor import Prediction, Predictor, Step
 from ..estimation.settings import PredictorSettings, SETTINGS
 from ..model.arrays import Array
 
-_EXPLAIN_PERIOD = 1_000_000_000  # [ns]
 _BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
 _TYPES = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
           topics.RESIDUAL_DEVIATION: JointState, topics.EXTERNAL_EFFORT: JointState,
@@ -128,15 +128,13 @@ class TorquePredictor(ParameterNode):
         topic, selector = self._subscription.topic_name, self._predictor.stream.selector
         model = self._predictor.model
         self._explainer = ResidualExplainer(model.arm, model.effort_model)
-        self._explained_ns = 0  # stamp of the last prediction that was explained
-        self._diagnostics = PredictorDiagnostics(
-            self, topic, self._predictor, self._statistics)
-        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', self._diagnostics.report)
-        self.accept_changes()
+        DiagnosticUpdater(self, f'baxter_{selector.side}_arm', PredictorDiagnostics(
+            self, topic, self._predictor, self._statistics, self._explain).report)
+        self.check_given_names()
         self.get_logger().info(
             f'predicting {selector.names[0]} ... {selector.names[-1]} from {topic}, '
             f'{self._predictor.estimator.delay * 1000:.0f} ms behind the newest joint state; '
-            f'parameters that differ from their defaults: {self.changed_settings()}')
+            f'{self.changed_settings()}')
 
     def build(self, values: dict[str, Any]) -> PredictorSettings:
         """Return the predictor's settings."""
@@ -161,7 +159,6 @@ class TorquePredictor(ParameterNode):
         self._take(message, info)
         for waiting in take_waiting(self._subscription, _BATCH):
             self._take(*waiting)
-        self._explain()
 
     def _take(self, message: JointState, info: dict[str, Any]) -> None:
         self._statistics.loss.received(info.get('publication_sequence_number'))
@@ -180,21 +177,17 @@ class TorquePredictor(ParameterNode):
         if self._calibrate is not None:
             self._calibrate.add(message, received_ns, step)
 
-    def _explain(self) -> None:
-        """Explain the residual once a second, after a joint state, when the next is not due."""
-        prediction = self._statistics.predicted and self._statistics.predicted.prediction
-        if prediction is None or 0 <= prediction.stamp_ns - self._explained_ns < _EXPLAIN_PERIOD:
-            return
-        self._explained_ns = prediction.stamp_ns
-        explained = self._explainer.explain()
-        self._diagnostics.explanation = explained.text
-        if explained.payload is not None:
+    def _explain(self) -> str:
+        """Explain the residual, and publish a payload that would cause it."""
+        explained, prediction = self._explainer.explain(), self._statistics.predicted.prediction
+        if explained.payload is not None and prediction is not None:
             self._results.publish_payload(explained.payload, prediction.stamp_ns)
+        return explained.text
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         retimed = self._predictor.stream.clock.retimed
         self._predictor.reset()
-        self._statistics.predicted = None
+        self._statistics.predicted = Step()
         self._explainer.reset()
         response.success = True
         response.message = ('filter and contact detector are reset; predictions resume after '
@@ -220,10 +213,7 @@ class TorquePredictor(ParameterNode):
             InverseDynamics, f'~/{topics.INVERSE_DYNAMICS}', services.inverse_dynamics)
 
 
-def main(args: list[str] | None = None) -> int:
-    """Run the node until it is interrupted or terminated."""
-    return run(TorquePredictor, 'torque_predictor', args)
-
+main = partial(run, TorquePredictor, 'torque_predictor')
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -1,8 +1,9 @@
 """Requests that wait for joint states; service zero, which adds the mean residual to the bias."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import time
+from typing import Any
 
 import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -14,7 +15,8 @@ from std_srvs.srv import Trigger
 from . import topics
 from .ros_parameters import ParameterNode
 from .step_statistics import MAX_AGE, StepStatistics
-from ..estimation.predictor import Predictor, Step
+from ..estimation.external import External
+from ..estimation.predictor import Prediction, Predictor, Step
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
 
@@ -37,6 +39,7 @@ class WaitingRequest:
         self._predictor = predictor
         self._statistics = statistics
         self._is_running = False
+        self._kept: list[Any] | None = None  # of the joint states; None while none are needed
         # A mutually exclusive group blocks its other callbacks while one of them waits.
         self._group = ReentrantCallbackGroup()
 
@@ -49,7 +52,7 @@ class WaitingRequest:
         try:
             yield
         finally:
-            self._is_running = False
+            self._is_running, self._kept = False, None
 
     async def _pause(self, seconds: float) -> None:
         """Let other callbacks run for some time [s]."""
@@ -66,6 +69,11 @@ class WaitingRequest:
         if self._statistics.age > MAX_AGE:
             raise RefusedError('no valid joint states arrive: see the status input')
 
+    def _set(self, parameters: list[Parameter]) -> None:
+        result = self._node.set_parameters_atomically(parameters)
+        if not result.successful:
+            raise RefusedError(result.reason)
+
 
 class ZeroService(WaitingRequest):
     """
@@ -78,14 +86,13 @@ class ZeroService(WaitingRequest):
     def __init__(self, node: ParameterNode, predictor: Predictor,
                  statistics: StepStatistics) -> None:
         super().__init__(node, predictor, statistics)
-        self._steps: list[Step] = []
         node.create_service(Trigger, f'~/{topics.ZERO}', self._on_request,
                             callback_group=self._group)
 
     def add(self, step: Step) -> None:
         """Add the results of a joint state while a request waits for them."""
-        if self._is_running and step.dropped is None:
-            self._steps.append(step)
+        if self._kept is not None and step.dropped is None:
+            self._kept.append(step)
 
     async def _on_request(self, request: Trigger.Request,
                           response: Trigger.Response) -> Trigger.Response:
@@ -93,57 +100,48 @@ class ZeroService(WaitingRequest):
             if not self._node.values['effort_model.enabled']:
                 raise RefusedError('effort_model.enabled is false, so the bias has no effect')
             with self._only('request'):
-                response.message = self._set_bias(await self._collect())
+                response.message = self._set_bias(*zip(*await self._collect()))
             response.success = True
         except RefusedError as error:
             response.message = f'nothing was changed: {error}'
         return response
 
-    async def _collect(self) -> list[Step]:
-        """Return steps whose residuals cover the duration."""
-        self._steps = []
+    async def _collect(self) -> list[tuple[Prediction, External]]:
+        """Return results whose residuals cover the duration."""
+        self._kept = steps = list[Step]()
         limit = time.monotonic() + _PATIENCE
-        while _duration(steps := _usable(self._steps)) < DURATION:
+        while not (found := _usable(steps)) or (
+                found[-1][0].stamp_ns - found[0][0].stamp_ns < DURATION * 1e9):
             self._refuse_old_states()
             if time.monotonic() > limit:
                 raise RefusedError(f'no {DURATION:g} s of residuals within {_PATIENCE:g} s: see '
                                    'the statuses filter and external')
             await self._pause(_CHECK_PERIOD)
-        return steps
+        return found
 
-    def _set_bias(self, steps: list[Step]) -> str:
+    def _set_bias(self, predictions: Sequence[Prediction], externals: Sequence[External]) -> str:
         """Set the parameter; return a description of the change."""
-        residuals = np.array([step.prediction.residual for step in steps if step.prediction])
-        is_touched = any(step.external.contact for step in steps if step.external)
+        residuals = np.array([prediction.residual for prediction in predictions])
         crosstalk = np.eye(N_JOINTS) + self._predictor.model.effort_model.crosstalk
         change = np.linalg.solve(crosstalk, residuals.mean(axis=0))
-        bias = (np.array(self._node.values[BIAS]) + change).tolist()
-        result = self._node.set_parameters_atomically([Parameter(BIAS, value=bias)])
-        if not result.successful:
-            raise RefusedError(result.reason)
+        self._set([Parameter(BIAS, value=(self._node.values[BIAS] + change).tolist())])
         found = ', '.join(f'{joint} {x:+.2f}' for joint, x in zip(JOINTS, change))
         spread = ', '.join(f'{x:.2f}' for x in residuals.std(axis=0))
         return (f'added to {BIAS}: {found} N m; standard deviation of the residual {spread} N m'
-                + is_touched * '; contact was reported throughout, which is right only if '
+                + any(external.contact for external in externals)
+                * '; contact was reported throughout, which is right only if '
                 'nothing touches the arm')
 
 
-def _usable(steps: list[Step]) -> list[Step]:
-    """Return the steps with residual and contact; raise RefusedError if some forbid the change."""
+def _usable(steps: list[Step]) -> list[tuple[Prediction, External]]:
+    """Return results with residual and contact; raise RefusedError if some forbid the change."""
     if any(step.begins for step in steps):
         raise RefusedError('the joint states were interrupted')
     if any(step.prediction and step.prediction.residual is None for step in steps):
         raise RefusedError('there is no measured effort: see the status effort')
-    contacts = [step.external.contact for step in steps
-                if step.external and step.external.contact is not None]
-    if len(set(contacts)) > 1:
-        raise RefusedError(f'contact {"ended" if contacts[0] else "began"} meanwhile: let nothing '
-                           'touch the arm')
-    return [step for step in steps if step.prediction and step.external
-            and step.external.contact is not None]
-
-
-def _duration(steps: list[Step]) -> float:
-    """Return the time from the first to the last prediction [s]."""
-    stamps = [step.prediction.stamp_ns for step in steps if step.prediction]
-    return float(stamps[-1] - stamps[0]) * 1e-9 if stamps else 0.0
+    found = [(step.prediction, step.external) for step in steps if step.external
+             and step.external.contact is not None]
+    if len({external.contact for _, external in found}) > 1:
+        raise RefusedError(f'contact {"ended" if found[0][1].contact else "began"} meanwhile: let '
+                           'nothing touch the arm')
+    return [(prediction, external) for prediction, external in found if prediction]

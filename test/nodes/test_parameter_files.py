@@ -84,7 +84,7 @@ for files, namespace in json.load(sys.stdin):
         rclpy.init(args=['--ros-args', '-r', f'__ns:={namespace}', *arguments])
         node = Declaring('torque_predictor')
         node.declare_settings(SETTINGS)
-        node.accept_changes()
+        node.check_given_names()
         result = {name: node.get_parameter(name).value for name in DEFAULTS}
         node.destroy_node()
     except Exception as error:
