@@ -112,40 +112,18 @@ class BaxterArm:
         return self._functions['gravity'](q)
 
     def terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
-        """
-        Return M(q), C(q, qd) and G(q), sharing common terms.
-
-        Returns
-        -------
-        tuple of ndarray
-            Shapes (..., 7, 7), (..., 7, 7) and (..., 7).
-
-        """
+        """Return M(q) and C(q, qd), (..., 7, 7), and G(q), (..., 7), sharing common terms."""
         return self._functions['terms'](q, qd)
 
     def torque_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
-        """
-        Return M(q), C(q, qd) qd and G(q), sharing common terms and without forming C.
-
-        Returns
-        -------
-        tuple of ndarray
-            Shapes (..., 7, 7), (..., 7) and (..., 7).
-
-        """
+        """Return M(q), (..., 7, 7), C(q, qd) qd and G(q), (..., 7), without forming C."""
         return self._functions['torque_terms'](q, qd)
 
     def momentum_terms(self, q: ArrayLike, qd: ArrayLike) -> tuple[Array, Array, Array]:
         """
-        Return p = M(q) qd, C(q, qd)^T qd and G(q), without forming M or C.
+        Return p = M(q) qd [N m s], C(q, qd)^T qd and G(q) [N m], (..., 7), without forming M or C.
 
         They obey dp/dt = tau + C^T qd - G, the equation of a momentum observer.
-
-        Returns
-        -------
-        tuple of ndarray
-            The generalised momentum [N m s] and two torques [N m], each (..., 7).
-
         """
         return self._functions['momentum_terms'](q, qd)
 
@@ -160,13 +138,9 @@ class BaxterArm:
     def inverse_dynamics_gradient(self, q: ArrayLike, qd: ArrayLike,
                                   qdd: ArrayLike) -> tuple[Array, Array]:
         """
-        Return the derivatives of tau with respect to q and qd; with respect to qdd it is M.
+        Return d tau/dq [N m/rad] and d tau/dqd [N m s/rad], (..., 7, 7) each; row i is tau_i.
 
-        Returns
-        -------
-        tuple of ndarray
-            d tau/dq [N m/rad] and d tau/dqd [N m s/rad], each (..., 7, 7); row i is tau_i.
-
+        The derivative with respect to qdd is M.
         """
         return self._functions['inverse_dynamics_gradient'](q, qd, qdd)
 
