@@ -3,7 +3,7 @@
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.arrays import Array
 from baxter_dynamics_ros.model.base_parameters import fixed_to_link
-from baxter_dynamics_ros.model.effort import COULOMB_VELOCITY, DAHL_LENGTH, Presliding
+from baxter_dynamics_ros.model.effort import EffortModel, Presliding
 from baxter_dynamics_ros.model.joints import (JOINTS, mount, N_JOINTS, POSITION_LOWER,
                                               POSITION_UPPER, S1, VELOCITY_LIMIT)
 from baxter_dynamics_ros.model.lagrange_euler import transform
@@ -62,7 +62,7 @@ def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Arra
     stiffness, which is nearly collinear with them.
     """
     columns = {}
-    one_joint = {'bias': np.ones_like(q), 'coulomb': np.tanh(qd / COULOMB_VELOCITY),
+    one_joint = {'bias': np.ones_like(q), 'coulomb': np.tanh(qd / EffortModel.coulomb_velocity),
                  'viscous': qd, 'dahl': presliding, 'added_inertia': qdd, 'stiffness': q,
                  **{f'spring_{f.__name__}{n}': f(n * q) for f in (np.sin, np.cos)
                     for n in (1, 2)}}
@@ -83,7 +83,7 @@ def design(q: Array, qd: Array, qdd: Array, presliding: Array) -> dict[str, Arra
 
 def presliding(q: Array) -> Array:
     """Return Dahl's state along densely sampled positions q (n, 7) [rad]."""
-    state = Presliding(DAHL_LENGTH)
+    state = Presliding(EffortModel.dahl_length)
     return np.array([state.update(row) for row in q])
 
 

@@ -12,7 +12,8 @@ from .fit_data import (CalibrationError, check_data, distinct, long_enough, Moti
 from .joint_terms import Term
 from .least_squares import Problem
 from .terms import all_terms, OPTIONAL, REACH
-from ..estimation.settings import BaseSettings, EffortModelSettings, PredictorSettings
+from ..estimation.settings import BaseSettings, PredictorSettings
+from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
 from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
@@ -119,7 +120,7 @@ def _split(motion: Motion, notices: list[Notice]) -> list[Motion]:
             for k, pair in enumerate(zip(edges, edges[1:]))]
 
 
-def sweeps(low: float, high: float, model: EffortModelSettings) -> bool:
+def sweeps(low: float, high: float, model: EffortModel) -> bool:
     """Return whether the range of s1 [rad] covers enough of the spring's range."""
     lower, upper = model.spring_range
     low, high = np.clip([low, high], lower, upper)

@@ -178,9 +178,9 @@ class Crosstalk(Term):
         return np.delete(sample.effort, joint, axis=1)
 
     def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
-        matrix = np.array(settings.effort_model.crosstalk)
+        matrix = settings.effort_model.crosstalk.flatten()
         matrix[self.where] += deviation
         return {'effort_model.crosstalk': matrix}
 
     def read(self, settings: PredictorSettings) -> Array:
-        return np.array(settings.effort_model.crosstalk)[self.where]
+        return settings.effort_model.crosstalk.ravel()[self.where]

@@ -1,32 +1,28 @@
 """
 Settings of the predictor, in one group per concern.
 
-Each setting is declared once with default, description, unit and range. The node's parameters,
-parameter files and the command line are views of this declaration: names there are dotted paths,
-as in ``effort_model.bias``.
+Each setting is declared once, here or in the model, with default, description, unit and range.
+The node's parameters, parameter files and the command line are views of this declaration: names
+there are dotted paths, as in ``effort_model.bias``.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import attrgetter
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .retiming import MODES
-from ..model import effort, paper_tables
+from ..model import paper_tables
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
-from ..model.joints import BASE_FRAME, gravity_in_base, mount, N_JOINTS, SIDES
+from ..model.joints import BASE_FRAME, gravity_in_base, mount, SIDES
 from ..model.parameters import link_parameters, Payload
 from ..model.setting import Floats, Group, setting
 
 METHODS = ('lagrange_euler', 'newton_euler')
 MATCHED = 'matched'  # effort band
-_ZEROS = (0.0,) * N_JOINTS
 
 
 @dataclass(frozen=True)
@@ -40,46 +36,13 @@ class AccelerationSettings(Group, prefix='acceleration.'):
         0.014, 'Time by which measured velocity lags position and effort.', 's', 0.0, 0.2)
 
 
-@dataclass(frozen=True)
-class EffortModelSettings(Group, prefix='effort_model.'):
-    """Terms of :class:`.EffortModel`."""
+@dataclass(frozen=True, eq=False)
+class EffortModelSettings(EffortModel, prefix='effort_model.'):
+    """An :class:`.EffortModel`, and whether to use it."""
 
     enabled: bool = setting(
         True, 'Model the spring, friction and bias of the real robot. If false, predicted effort '
         'is tau, as in a simulator.')
-    spring_coefficients: Floats = setting(
-        effort.SPRING_COEFFICIENTS, 'Spring torque at s1: coefficients of 1, sin q, cos q, '
-        'sin 2q, cos 2q.', 'N m', -200.0, 200.0)
-    spring_range: Floats = setting(
-        effort.SPRING_RANGE, 'Range of s1 in which the spring model is valid. Outside, the spring '
-        'torque at the limit is used.', 'rad', -3.2, 3.2)
-    coulomb: Floats = setting(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
-    coulomb_velocity: float = setting(
-        effort.COULOMB_VELOCITY, 'Velocity over which Coulomb friction changes sign.', 'rad/s',
-        1e-3, 1.0)
-    viscous: Floats = setting(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
-    dahl: Floats = setting(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
-    dahl_length: float = setting(
-        effort.DAHL_LENGTH, 'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0)
-    bias: Floats = setting(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
-    stiffness: Floats = setting(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
-    added_inertia: Floats = setting(
-        _ZEROS, 'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0)
-    crosstalk: Floats = setting(
-        tuple(effort.CROSSTALK.ravel().tolist()), 'Share of the effort of each joint in the '
-        'measured effort of another: 7 x 7, row by row, row i for the measured effort of joint i; '
-        'the diagonal is zero.', '', -0.5, 0.5)
-    deviation: Floats = setting(
-        effort.DEVIATION, 'Expected standard deviation of the residual per joint at rest.', 'N m',
-        0.0, 100.0)
-    deviation_velocity: Floats = setting(
-        effort.DEVIATION_VELOCITY,
-        'Expected standard deviation of the residual per joint and velocity.',
-        'N m s/rad', 0.0, 100.0)
-    deviation_acceleration: Floats = setting(
-        effort.DEVIATION_ACCELERATION,
-        'Expected standard deviation of the residual per joint and acceleration.',
-        'N m s^2/rad', 0.0, 100.0)
 
 
 @dataclass(frozen=True)
@@ -124,18 +87,6 @@ class BaseSettings(Group, prefix='base.'):
     pitch: float = setting(
         0.0, 'Pitch of the base about the level y axis, after roll; positive lowers the front.',
         'rad', -3.2, 3.2)
-
-
-@dataclass(frozen=True)
-class PayloadSettings(Group, prefix='payload.'):
-    """Load in the hand."""
-
-    mass: float = setting(0.0, 'Mass of the payload.', 'kg', 0.0, 10.0)
-    center_of_mass: Floats = setting(
-        (0.0,) * 3, 'Centre of mass of the payload in the hand frame.', 'm', -1.0, 1.0)
-    inertia: Floats = setting(
-        (0.0,) * 6, 'Inertia xx, yy, zz, xy, yz, xz of the payload about its centre of mass, axes '
-        'of the hand frame.', 'kg m^2', -2.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -209,7 +160,7 @@ class PredictorSettings(Group):
         paper_tables.GRAVITY, 'Gravity vector in the frame of a level base.', 'm/s^2',
         -30.0, 30.0)
     base: BaseSettings = BaseSettings()
-    payload: PayloadSettings = PayloadSettings()
+    payload: Payload = Payload()
     links: LinkSettings = LinkSettings()
 
     @classmethod
@@ -240,23 +191,15 @@ class PredictorSettings(Group):
         result.model  # raises if values contradict each other
         return result
 
-    def parameters(self) -> dict[str, Any]:
-        """Return the value of each setting by dotted name."""
-        return {name: attrgetter(name)(self) for name in DEFAULTS}
-
     @cached_property
     def model(self) -> ArmModel:
         """Model of the arm; ArgumentError if values contradict, or Pinocchio is missing."""
         arm = BaxterArm(
-            payload=Payload(**vars(self.payload)), mount=mount(self.arm),
+            payload=self.payload, mount=mount(self.arm),
             gravity=gravity_in_base(self.gravity, **vars(self.base)),
             parameters=link_parameters(**vars(self.links)))
-        terms = {**vars(self.effort_model)}
-        enabled = terms.pop('enabled')
-        terms['crosstalk'] = np.reshape(terms['crosstalk'], (N_JOINTS, N_JOINTS))
-        effort_model = EffortModel(**terms)  # validated even if disabled
-        return ArmModel(arm, effort_model if enabled else EffortModel.rigid(),
-                        self._inverse_dynamics(arm))
+        effort_model = self.effort_model if self.effort_model.enabled else EffortModel.rigid()
+        return ArmModel(arm, effort_model, self._inverse_dynamics(arm))
 
     def _inverse_dynamics(self, arm: BaxterArm) -> Callable[[Array, Array, Array], Array]:
         if self.method == 'lagrange_euler':

@@ -15,8 +15,8 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.integer[Any]]  # integers: indices, stamps
 
 
-def finite(name: str, value: ArrayLike, shape: tuple[int | EllipsisType, ...]) -> Array:
-    """Return finite real numbers of a shape, such as (3,) or (..., 7), as a float array."""
+def finite(name: str, value: ArrayLike, *shapes: tuple[int | EllipsisType, ...]) -> Array:
+    """Return finite real numbers of a shape, (3,) or (..., 7) for example, as a float array."""
     try:
         array = np.asarray(value)
         if array.dtype.kind not in 'fiu':
@@ -24,8 +24,9 @@ def finite(name: str, value: ArrayLike, shape: tuple[int | EllipsisType, ...]) -
         array = array.astype(float, copy=False)
     except (TypeError, ValueError) as error:
         raise ArgumentError(name, f'expected real numbers ({error})') from None
-    if (array.shape[-1:] != shape[1:]) if ... in shape else (array.shape != shape):
-        expected = str(shape).replace('Ellipsis', '...')
+    if not any((array.shape[-1:] == shape[1:]) if ... in shape else (array.shape == shape)
+               for shape in shapes):
+        expected = ' or '.join(map(str, shapes)).replace('Ellipsis', '...')
         raise ArgumentError(name, f'expected shape {expected}, got {array.shape}')
     if not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])

@@ -9,16 +9,17 @@ effort does not contain their share of tau_s1. Simulators have no springs, see
 :meth:`EffortModel.rigid`.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from functools import cached_property
 import math
 from typing import Any
 
 import numpy as np
 
-from .arrays import Array, ArrayLike, Bools, finite
+from .arrays import Array, ArrayLike, Bools
 from .exceptions import ArgumentError
 from .joints import JOINTS, N_JOINTS, S1
+from .setting import Group, setting
 
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
 # robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
@@ -36,95 +37,69 @@ DEVIATION_ACCELERATION = (0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # [N m s^2/rad]
 # Expected standard deviations within which 95 % of the residuals of free motion lie.
 BAND = 1.96
 
-# Velocity scale of the smoothed sign in Coulomb friction [rad/s].
-COULOMB_VELOCITY = 0.05
-
-# Angle over which Dahl friction reverses [rad].
-DAHL_LENGTH = 0.02
-
 # Share of the effort of joint j (column) in the measured effort of joint i (row): e1 measures a
 # part of the effort of e0 on all robots tried.
 CROSSTALK = np.zeros((N_JOINTS, N_JOINTS))
 CROSSTALK[JOINTS.index('e1'), JOINTS.index('e0')] = -0.037
 
-_ZEROS = (0.0,) * N_JOINTS
+_ZEROS = np.zeros(N_JOINTS)
 
 
-def _value(default: ArrayLike, lower: float = -math.inf) -> Any:
-    """Return a field with the shape of its default; its elements are not below ``lower``."""
-    return field(default_factory=lambda: default,
-                 metadata={'shape': np.shape(default), 'lower': lower})
+def _array(default: ArrayLike, *declaration: Any) -> Any:
+    """Return a field with an array in the shape of its default."""
+    return setting(tuple(np.ravel(default).tolist()), *declaration, shape=np.shape(default))
 
 
 @dataclass(frozen=True, eq=False)
-class EffortModel:
+class EffortModel(Group, prefix='effort_model.'):
     """
     Difference between measured effort and joint torque; joint order s0 ... w2.
 
-    Methods take validated float arrays (..., 7); leading axes are a batch.
-
-    Attributes
-    ----------
-    spring_coefficients : array_like (5,)
-        Spring at s1 over 1, sin q, cos q, sin 2q, cos 2q [N m].
-    spring_range : array_like (2,)
-        Angles of s1 for which they are valid [rad]; outside, the value at the limit is used.
-    coulomb : array_like (7,)
-        Coulomb friction [N m], not negative: ``coulomb * tanh(qd / coulomb_velocity)``.
-    viscous : array_like (7,)
-        Viscous friction [N m s/rad], not negative: ``viscous * qd``.
-    dahl : array_like (7,)
-        Dahl friction [N m], not negative: ``dahl * z``, z from :class:`.Presliding`.
-    bias : array_like (7,)
-        Constant offset of the measured effort [N m].
-    stiffness : array_like (7,)
-        Cable stiffness [N m/rad], of either sign: ``stiffness * q``.
-    added_inertia : array_like (7,)
-        Apparent inertia in addition to the links' [kg m^2], of either sign:
-        ``added_inertia * qdd``.
-    crosstalk : array_like (7, 7)
-        Share of the effort of joint j (column) in the measured effort of joint i (row). The
-        diagonal is zero; the absolute values of a row sum to less than 1.
-    deviation, deviation_velocity, deviation_acceleration : array_like (7,)
-        Standard deviation of the residual at rest [N m], per velocity [N m s/rad] and per
-        acceleration [N m s^2/rad], not negative, see :meth:`deviation_at`.
-    coulomb_velocity : float
-        Velocity scale of the smoothed sign [rad/s].
-    dahl_length : float
-        Angle over which Dahl friction reverses [rad].
+    Methods take validated float arrays (..., 7); leading axes are a batch. Arrays are stored as
+    read-only copies.
 
     Raises
     ------
     ArgumentError
-        If a value has the wrong shape or sign, or is not finite.
+        If a value has the wrong shape, is out of range or not finite, or values contradict.
 
     """
 
-    spring_coefficients: Array = _value(SPRING_COEFFICIENTS)
-    spring_range: Array = _value(SPRING_RANGE)
-    coulomb: Array = _value(_ZEROS, 0.0)
-    viscous: Array = _value(_ZEROS, 0.0)
-    dahl: Array = _value(_ZEROS, 0.0)
-    bias: Array = _value(_ZEROS)
-    stiffness: Array = _value(_ZEROS)
-    added_inertia: Array = _value(_ZEROS)
-    crosstalk: Array = _value(CROSSTALK)
-    deviation: Array = _value(DEVIATION, 0.0)
-    deviation_velocity: Array = _value(DEVIATION_VELOCITY, 0.0)
-    deviation_acceleration: Array = _value(DEVIATION_ACCELERATION, 0.0)
-    coulomb_velocity: float = _value(COULOMB_VELOCITY, 1e-6)
-    dahl_length: float = _value(DAHL_LENGTH, 1e-6)
+    spring_coefficients: Array = _array(
+        SPRING_COEFFICIENTS, 'Spring torque at s1: coefficients of 1, sin q, cos q, sin 2q, '
+        'cos 2q.', 'N m', -200.0, 200.0)
+    spring_range: Array = _array(
+        SPRING_RANGE, 'Range of s1 in which the spring model is valid. Outside, the spring torque '
+        'at the limit is used.', 'rad', -3.2, 3.2)
+    coulomb: Array = _array(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
+    coulomb_velocity: float = setting(
+        0.05, 'Velocity over which Coulomb friction changes sign.', 'rad/s', 1e-3, 1.0)
+    viscous: Array = _array(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
+    dahl: Array = _array(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
+    dahl_length: float = setting(
+        0.02, 'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0)
+    bias: Array = _array(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
+    stiffness: Array = _array(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
+    added_inertia: Array = _array(
+        _ZEROS, 'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0)
+    crosstalk: Array = _array(
+        CROSSTALK, 'Share of the effort of each joint in the measured effort of another: 7 x 7, '
+        'row by row, row i for the measured effort of joint i; the diagonal is zero.', '',
+        -0.5, 0.5)
+    deviation: Array = _array(
+        DEVIATION, 'Expected standard deviation of the residual per joint at rest.', 'N m',
+        0.0, 100.0)
+    deviation_velocity: Array = _array(
+        DEVIATION_VELOCITY, 'Expected standard deviation of the residual per joint and velocity.',
+        'N m s/rad', 0.0, 100.0)
+    deviation_acceleration: Array = _array(
+        DEVIATION_ACCELERATION,
+        'Expected standard deviation of the residual per joint and acceleration.',
+        'N m s^2/rad', 0.0, 100.0)
 
     def __post_init__(self) -> None:
-        """Validate the values and store read-only arrays."""
-        for each in fields(self):
-            value = finite(f'effort_model.{each.name}', getattr(self, each.name),
-                           each.metadata['shape'])
-            self._require(each.name, bool((value >= each.metadata['lower']).all()),
-                          f'no value below {each.metadata["lower"]:g}')
-            value = value.copy()
-            value.flags.writeable = False
-            object.__setattr__(self, each.name, value if value.ndim else float(value))
+        """Validate the values, alone and together."""
+        super().__post_init__()
         self._require('spring_range', self.spring_range[0] < self.spring_range[1], 'lower < upper')
         self._require('crosstalk', not self.crosstalk.diagonal().any()
                       and np.abs(self.crosstalk).sum(axis=1).max() < 1.0,

@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import paper_tables
-from .arrays import Array, ArrayLike, finite, number
+from .arrays import Array, ArrayLike, finite
 from .exceptions import ArgumentError
 from .joints import N_JOINTS, S1
+from .setting import Group, setting
 
 THETA_2_OFFSET = 'theta_2_offset'
 INERTIA_AT_ORIGIN = 'inertia_at_origin'
@@ -69,39 +70,28 @@ class ArmParameters:
 
 
 @dataclass(frozen=True)
-class Payload:
+class Payload(Group, prefix='payload.'):
     """
     A rigid body fixed to the hand, such as the electric gripper.
-
-    Attributes
-    ----------
-    mass : float
-        Mass [kg], not negative.
-    center_of_mass : sequence (3,)
-        Centre of mass in the hand frame [m].
-    inertia : sequence (6,)
-        Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the payload's centre of mass, axes of the hand frame
-        [kg m^2]. Order as in Table III; off-diagonals are elements of the tensor. Zero for a point
-        mass.
 
     Raises
     ------
     ArgumentError
-        If no rigid body has these values: a negative mass or principal moment, principal
-        moments that violate the triangle inequality, or inertia without mass.
+        If no rigid body has these values: a negative mass or principal moment, principal moments
+        that violate the triangle inequality, or inertia without mass.
 
     """
 
-    mass: float = 0.0
-    center_of_mass: Sequence[float] = (0.0, 0.0, 0.0)
-    inertia: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    mass: float = setting(0.0, 'Mass of the payload.', 'kg', 0.0, 10.0)
+    center_of_mass: Sequence[float] = setting(
+        (0.0,) * 3, 'Centre of mass of the payload in the hand frame.', 'm', -1.0, 1.0)
+    inertia: Sequence[float] = setting(
+        (0.0,) * 6, 'Inertia xx, yy, zz, xy, yz, xz of the payload about its centre of mass, axes '
+        'of the hand frame.', 'kg m^2', -2.0, 2.0)
 
     def __post_init__(self) -> None:
-        """Validate the arguments and store tuples, so that payloads compare by value."""
-        object.__setattr__(self, 'mass', number('payload.mass', self.mass, lower=0.0))
-        for name, size in (('center_of_mass', 3), ('inertia', 6)):
-            value = finite(f'payload.{name}', getattr(self, name), (size,))
-            object.__setattr__(self, name, tuple(value.tolist()))
+        """Validate the values, alone and together."""
+        super().__post_init__()
         moments = np.linalg.eigvalsh(self.inertia_tensor)
         if moments[0] < -1e-12 or moments[0] + moments[1] < moments[2] * (1 - 1e-9) - 1e-12:
             raise ArgumentError(

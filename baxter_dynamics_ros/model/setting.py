@@ -2,9 +2,11 @@
 
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, Field, field, fields, replace
 from functools import cache
 from typing import Any, ClassVar
+
+import numpy as np
 
 from .arrays import finite, number
 from .exceptions import ArgumentError
@@ -29,6 +31,7 @@ class Setting:
     lower: float = -float('inf')
     upper: float = float('inf')
     choices: tuple[str, ...] = ()
+    shape: tuple[int, ...] = ()  # of an array, which is a flat list as a parameter
     read_only: bool = False  # cannot be changed while the node runs
 
     def check(self, value: Any) -> Any:
@@ -45,7 +48,8 @@ class Setting:
                 raise ArgumentError(self.name, f'expected printable text, got {value!r}')
             return value
         if isinstance(self.default, tuple):
-            values = finite(self.name, value, (len(self.default),)).tolist()
+            n = len(self.default)
+            values = finite(self.name, value, *{(n,), self.shape or (n,)}).ravel().tolist()
             return tuple(self._number(f'{self.name}[{i}]', each) for i, each in enumerate(values))
         if isinstance(self.default, float):
             return self._number(self.name, value)
@@ -64,6 +68,15 @@ class Setting:
     def _number(self, name: str, value: Any) -> float:
         return number(name, value, self.lower, self.upper, self.unit)
 
+    def document(self, name: str) -> str:
+        """Return the entry of this setting in the docstring of its group."""
+        default, kind = self.default, type(self.default).__name__
+        if isinstance(default, tuple):
+            kind = f'array_like {self.shape or (len(default),)}'
+        unit = f' [{self.unit}]' if self.unit else ''
+        range_ = f' From {self.lower:g} to {self.upper:g}.' if self.lower > -np.inf else ''
+        return f'\n    {name} : {kind}\n        {self.description}{unit}{range_}'
+
 
 @dataclass(frozen=True)
 class Group:
@@ -72,13 +85,41 @@ class Group:
     prefix: ClassVar[str]  # of the names of the settings
 
     def __init_subclass__(cls, prefix: str = '') -> None:
-        """Store the prefix."""
+        """Store the prefix, and add the settings to the docstring."""
         cls.prefix = prefix
+        entries = [each.metadata['setting'].document(name) for name, each in vars(cls).items()
+                   if isinstance(each, Field)]
+        text = (cls.__doc__ or '').rstrip()
+        cls.__doc__ = f'{text}\n\n    Attributes\n    ----------{"".join(entries)}'
 
     def __post_init__(self) -> None:
-        """Check each value and store it in the type of the default."""
+        """Check each value and store it in the type of the default, or as a read-only array."""
         for name, setting in self.own_settings().items():
-            object.__setattr__(self, name, setting.check(getattr(self, name)))
+            value = setting.check(getattr(self, name))
+            if setting.shape:
+                value = np.reshape(value, setting.shape)
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+    def __eq__(self, other: object) -> bool:
+        """Compare by value, arrays too."""
+        return isinstance(other, Group) and self.parameters() == other.parameters()
+
+    def __hash__(self) -> int:
+        """Return the hash of the values."""
+        return hash(tuple(self.parameters().values()))
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the value of each setting by its dotted name; an array is a flat tuple."""
+        result: dict[str, Any] = {}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, Group):
+                result |= value.parameters()
+            else:
+                result[self.prefix + each.name] = (
+                    tuple(value.ravel().tolist()) if isinstance(value, np.ndarray) else value)
+        return result
 
     @classmethod
     @cache

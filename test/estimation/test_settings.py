@@ -72,6 +72,9 @@ def test_parameters_are_a_view_of_the_settings(all_changed):
     assert settings == PredictorSettings(acceleration=AccelerationSettings(cutoff=8.0),
                                          gravity=(0.0, 0.0, -1.62))
     assert isinstance(settings.acceleration.cutoff, float)
+    assert settings.model.effort_model is settings.effort_model
+    crosstalk = np.reshape(all_changed.parameters()['effort_model.crosstalk'], (7, 7))
+    assert replace(all_changed.effort_model, crosstalk=crosstalk) == all_changed.effort_model
     assert settings.replace({'acceleration.cutoff': 5.0}) == replace(
         settings, acceleration=AccelerationSettings())
 
@@ -103,25 +106,6 @@ def test_unknown_name_is_refused_with_the_known_ones():
 def test_values_that_contradict_each_other_are_refused(values, name):
     with pytest.raises(ArgumentError, match=name):
         make(values)
-
-
-def test_effort_model_has_its_settings():
-    coefficients = [1.0, 2.0, 3.0, 4.0, 5.0]
-    model = make({
-        'effort_model.crosstalk': np.zeros(49),
-        'effort_model.spring_coefficients': coefficients, 'effort_model.spring_range': [-2.5, 2.5],
-        'effort_model.coulomb': np.arange(7.0), 'effort_model.coulomb_velocity': 0.2,
-        'effort_model.viscous': np.arange(7.0)[::-1] / 10, 'effort_model.bias': [0.5] * 7,
-        'effort_model.dahl': np.arange(7.0) / 3, 'effort_model.dahl_length': 0.3,
-        'effort_model.stiffness': -np.arange(7.0) / 5,
-        'effort_model.added_inertia': np.arange(7.0) / 7}).model.effort_model
-    s1, z, qdd = Q[1], np.linspace(-1.0, 1.0, 7), np.linspace(3.0, -2.0, 7)
-    wanted = np.arange(7) * np.tanh(QD / 0.2) + np.arange(7)[::-1] / 10 * QD + 0.5
-    wanted[1] += np.dot(coefficients, [1, np.sin(s1), np.cos(s1), np.sin(2 * s1), np.cos(2 * s1)])
-    wanted += np.arange(7) * (z / 3 - Q / 5 + qdd / 7)
-    np.testing.assert_allclose(model.effort(np.zeros(7), Q, QD, qdd, z), wanted, rtol=1e-12)
-    assert model.dahl_length == 0.3
-    assert not model.spring_is_held(np.array([0, 2.4, 0, 0, 0, 0, 0]))
 
 
 @pytest.mark.parametrize('side', ['right', 'left'])

@@ -33,7 +33,7 @@ INVALID = [
     (BaxterArm, {'mount': 'right'}, 'expected real numbers'),
     (BaxterArm, {'payload': 0.3}, 'expected a Payload, got 0.3'),
     (BaxterArm, {'parameters': 0.3}, 'expected a ArmParameters, got 0.3'),
-    (Payload, {'mass': -0.1}, r'expected .* \[0, inf\], got -0.1'),
+    (Payload, {'mass': -0.1}, r'expected .* \[0, 10\] kg, got -0.1'),
     (Payload, {'mass': np.inf}, 'expected finite values, got inf'),
     (Payload, {'mass': [1.0]}, r'expected shape \(\), got \(1,\)'),
     (Payload, {'center_of_mass': (0.0, 0.0)}, r'expected shape \(3,\), got \(2,\)'),
