@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ..estimation.events import Event
-from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
 from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
@@ -17,7 +16,7 @@ from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
 from ..recordings.data_check import DataCheck, Notice, RunningCheck
-from ..recordings.playback import play, Samples
+from ..recordings.playback import joined, play, Samples
 from ..recordings.recording import Recording
 from ..recordings.velocity_lag import segments
 
@@ -78,16 +77,10 @@ def observe(recording: Recording, settings: PredictorSettings) -> Motion:
     """Return a recording's motion, estimated with the filter of some settings."""
     predictor = Predictor(replace(
         settings, arm=recording.arm, align=True, effort_model=EffortModelSettings(enabled=False)))
-    parts: list[list[Any]] = [[np.empty(0, int), *[np.empty((0, N_JOINTS))] * 6]]
-    for block in play(recording, predictor):
-        stamps, q, qd, qdd, measured, _ = block.estimate
-        assert measured is not None  # in a block it is NaN instead
-        valid = np.isfinite(measured[:, 0])
-        parts.append([x[valid] for x in (stamps, q, qd, qdd, measured, block.q,
-                                         block.measured_qd)])
-    stamps, q, qd, qdd, effort, newest_q, newest_qd = map(np.concatenate, zip(*parts))
-    return Motion((stamps - stamps[:1]) * 1e-9, q, qd, qdd, effort, newest_q, newest_qd,
-                  recording.name, np.ones(q.shape), dict(predictor.counts))
+    samples = joined([part.take(np.isfinite(part.effort[:, 0]))
+                      for part in play(recording, predictor)])
+    return Motion(**vars(samples), name=recording.name, weight=np.ones(samples.q.shape),
+                  counts=dict(predictor.counts))
 
 
 def residual(motion: Motion, settings: PredictorSettings) -> Array:
@@ -95,9 +88,7 @@ def residual(motion: Motion, settings: PredictorSettings) -> Array:
     model = settings.model.effort_model
     presliding = (motion.presliding(model.dahl_length)[model.dahl_length] if model.has_dahl
                   else np.zeros(motion.q.shape))
-    result = Predictor(settings).predict(Estimate(
-        np.round(motion.time * 1e9).astype(int), motion.q, motion.qd, motion.qdd, motion.effort,
-        presliding)).residual
+    result = Predictor(settings).predict(replace(motion, dahl=presliding).estimate).residual
     assert result is not None  # for the effort was measured
     return result
 

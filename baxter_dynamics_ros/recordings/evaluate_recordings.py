@@ -10,7 +10,7 @@ from .contact_intervals import Contact, contact_rows, find_contacts, MOST
 from .data_check import DataCheck, Notice, RunningCheck
 from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics,
                                  Statistics)
-from .playback import Block, play, Samples, stamp_statistics, StampStatistics
+from .playback import play, Samples, stamp_statistics, StampStatistics
 from .recording import Recording
 from ..estimation.events import Event
 from ..estimation.explanation import Explained, ResidualExplainer, WINDOW
@@ -24,7 +24,6 @@ from ..newton_euler import NewtonEuler
 _IRREGULAR = 0.1
 _FEW = 100  # predictions below which statistics mean little
 _SPACING = 0.04  # of the residuals that are searched for contact [s]
-_PART = 4096  # samples that are reduced together
 
 
 class Evaluator:
@@ -43,8 +42,8 @@ class Evaluator:
                  progress: Callable[[int], object] = lambda received: None) -> Evaluation:
         """Evaluate an open recording; call progress with the number of messages read so far."""
         run = _Run(replace(self._settings, arm=recording.arm), self._total)
-        for block in play(recording, run.predictor):
-            run.add(block)
+        for samples in play(recording, run.predictor):
+            run.add(samples)
             progress(run.predictor.counts['received'])
         return run.result(recording)
 
@@ -64,49 +63,28 @@ class _Run:
         self._explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
         self._explained: list[Explained] = []
         self._next = WINDOW  # time of the next explanation [s]
-        self._now = 0.0  # time of the latest estimate [s]
-        self._last_ns = 0  # its stamp
-        self._dt = [np.empty(0)]  # time since the previous measurement [s]
-        self._recent: list[tuple[Samples, Array]] = []  # and signals (n, 6, 7) of the bands
+        self._dt: list[Array] = []  # time since the previous measurement [s]
         self._bands = RunningBands(['measured', *METHODS, 'deviation',
                                     *(f'error_{name}' for name in METHODS)])
         self._check = RunningCheck(settings)
-        # Time [s], residual [N m] and position [rad] at the spacing; the latest multiple of it.
-        self._spaced: list[list[Any]] = [[np.empty(0), *[np.empty((0, N_JOINTS), np.float32)] * 2]]
+        # Time [s], residual [N m] and position at the spacing; the latest multiple of it.
+        self._spaced: list[list[Array]] = []
         self._interval = -1.0
 
-    def add(self, block: Block) -> None:
-        """Add a block of estimates."""
-        prediction = self.predictor.predict(block.estimate)
-        efforts, terms = self._compare(block, prediction)
+    def add(self, samples: Samples) -> None:
+        """Add consecutive samples."""
+        prediction = self.predictor.predict(samples.estimate)
+        efforts, terms = self._compare(samples, prediction)
         for statistics in self._statistics:
             statistics.add(self._settings.arm, efforts, terms, prediction.deviation)
-        stamp_ns, q, qd, qdd, measured, _ = block.estimate
-        steps = np.maximum(np.diff(stamp_ns, prepend=self._last_ns or stamp_ns[0]), 0)
-        time = self._now + np.cumsum(steps * 1e-9)
-        self._now, self._last_ns = time[-1], stamp_ns[-1]
-        self._explain(time, prediction)
-        assert measured is not None  # in a block it is NaN instead
+        self._explain(samples.time, prediction)
+        self._dt.append(samples.dt)
         predicted = [efforts[name][1] for name in METHODS]
-        self._recent.append((
-            Samples(time, q, qd, qdd, measured, block.q, block.measured_qd),
-            np.stack([measured, *predicted, prediction.deviation,
-                      *(measured - effort for effort in predicted)], axis=1)))
-        self._dt.append(block.dt)
-        if sum(len(samples.time) for samples, _ in self._recent) >= _PART:
-            self._reduce()
-
-    def _reduce(self) -> None:
-        """Reduce recent samples to what the results need of them."""
-        if not self._recent:
-            return
-        parts, signals_of_parts = zip(*self._recent)
-        signals = np.concatenate(signals_of_parts)
-        self._recent = []
-        samples = Samples(*map(np.concatenate, zip(*(vars(part).values() for part in parts))))
-        self._bands.add(samples.time, signals)
+        errors = [samples.effort - effort for effort in predicted]
+        self._bands.add(samples.time, np.stack(
+            [samples.effort, *predicted, prediction.deviation, *errors], axis=1))
         there = np.isfinite(samples.effort[:, 0])
-        samples, residual = samples.take(there), signals[there, -len(METHODS)]
+        samples, residual = samples.take(there), errors[0][there]
         self._check.add(samples)
         interval = np.floor(samples.time / _SPACING)
         rows = np.flatnonzero(np.diff(interval, prepend=self._interval))
@@ -114,26 +92,26 @@ class _Run:
         self._spaced.append([samples.time[rows], residual[rows].astype(np.float32),
                              samples.q[rows].astype(np.float32)])
 
-    def _compare(self, block: Block, prediction: Prediction
+    def _compare(self, samples: Samples, prediction: Prediction
                  ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
         """Return measured and predicted effort by each method and estimator, and the terms."""
         model = self._settings.model.effort_model
-        _, q, qd, qdd, measured, z = block.estimate
-        assert measured is not None  # in a block it is NaN instead
+        _, q, qd, qdd, _, z = samples.estimate
+        newest_q, newest_qd = samples.newest_q, samples.usable_qd
         # The closed form predicts once; the rest uses the faster method, equal within 1e-12.
         still = np.zeros_like(q)
         tau, unaccelerated, gravity, live, difference = self._newton_euler.inverse_dynamics(
-            np.stack([q, q, q, block.q, block.q]),
-            np.stack([qd, qd, still, block.qd, block.qd]),
-            np.stack([qdd, still, still, qdd, block.first_difference]))
-        live = model.effort(live, block.q, block.qd, qdd, z)
-        difference = model.effort(difference, block.q, block.qd, block.first_difference, z)
+            np.stack([q, q, q, newest_q, newest_q]),
+            np.stack([qd, qd, still, newest_qd, newest_qd]),
+            np.stack([qdd, still, still, qdd, samples.first_difference]))
+        live = model.effort(live, newest_q, newest_qd, qdd, z)
+        difference = model.effort(difference, newest_q, newest_qd, samples.first_difference, z)
         aligned = prediction.effort if self._settings.align else np.full_like(q, np.nan)
-        efforts = {'lagrange_euler': (measured, prediction.effort),
-                   'newton_euler': (measured, model.effort(tau, q, qd, qdd, z)),
-                   'first_difference': (block.effort, difference),
-                   'butterworth_live': (block.effort, live),
-                   'butterworth_aligned': (measured, aligned)}
+        efforts = {'lagrange_euler': (samples.effort, prediction.effort),
+                   'newton_euler': (samples.effort, model.effort(tau, q, qd, qdd, z)),
+                   'first_difference': (samples.newest_effort, difference),
+                   'butterworth_live': (samples.newest_effort, live),
+                   'butterworth_aligned': (samples.effort, aligned)}
         terms = {'inertial': tau - unaccelerated, 'coriolis': unaccelerated - gravity,
                  'gravity': gravity.round(12),  # exactly zero at s0
                  'spring': model.spring(q), 'friction': model.friction(qd, z)}
@@ -154,7 +132,6 @@ class _Run:
 
     def result(self, recording: Recording) -> Evaluation:
         """Return the results."""
-        self._reduce()
         time, bands = self._bands.result()
         check = self._check.result()
         contacts = self._contacts(check)

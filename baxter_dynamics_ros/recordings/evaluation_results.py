@@ -152,6 +152,8 @@ class RunningBands:
 
     def add(self, time: Array, signals: Array) -> None:
         """Add signals (n, names, 7), or NaN, at times (n,) [s] that do not decrease."""
+        if not len(time):
+            return
         while time[-1] >= INTERVALS * self._width:
             for values, join in zip(self._ranges, (np.fmin, np.fmax)):
                 values[:INTERVALS // 2] = join(values[::2], values[1::2])

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -10,40 +10,38 @@ from .recording import JointState
 from ..estimation.continuity import GAP
 from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
-from ..estimation.stream import State
 from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 
-BLOCK = 256  # estimates in a batch, few enough for the processor's cache
+BLOCK = 4096  # estimates in a batch
 
 _NOTHING = np.full(N_JOINTS, np.nan)
 _FEW = 20  # intervals below which nothing can be concluded
 _Samples = TypeVar('_Samples', bound='Samples')
 
 
-class Block(NamedTuple):
-    """Consecutive estimates of one arm, and the newest measurements at those times."""
-
-    estimate: Estimate  # arrays (n, 7); NaN where no effort was measured
-    q: Array  # (n, 7) newest position [rad]
-    qd: Array  # (n, 7) newest usable velocity [rad/s]; NaN where there is none
-    measured_qd: Array  # (n, 7) newest velocity, even if the positions contradict it [rad/s]
-    effort: Array  # (n, 7) newest effort [N m]; NaN where none was measured
-    dt: Array  # (n,) time since the previous measurement [s]
-    first_difference: Array  # (n, 7) (newest - previous velocity) / dt [rad/s^2], or NaN
-
-
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Estimates of a recording that have a measured effort; arrays (n, 7) in joint order."""
+    """Consecutive estimates of one arm, and the newest measurements at those times."""
 
-    time: Array  # (n,) instants of the estimates [s]
-    q: Array  # [rad]
+    time: Array  # (n,) since the first estimate; stamps that step back count as a gap [s]
+    q: Array  # (n, 7) estimated position, as the next four [rad]
     qd: Array  # [rad/s]
     qdd: Array  # [rad/s^2]
-    effort: Array  # measured [N m]
-    newest_q: Array  # newest position at the time of the estimate [rad]
-    newest_qd: Array  # newest measured velocity [rad/s]; NaN if missing
+    effort: Array  # measured effort in their band [N m]; NaN where none was measured
+    dahl: Array  # Dahl's state [-]
+    newest_q: Array  # (n, 7) position as measured last, as the next three [rad]
+    newest_qd: Array  # [rad/s]; NaN if missing
+    usable_qd: Array  # [rad/s]; NaN also where the positions contradict it
+    newest_effort: Array  # [N m]; NaN where none was measured
+    dt: Array  # (n,) time since the previous measurement [s]
+    first_difference: Array  # (n, 7) (newest - previous usable velocity) / dt [rad/s^2], or NaN
+
+    @property
+    def estimate(self) -> Estimate:
+        """Return the estimates as a batch."""
+        stamp_ns = np.rint(self.time * 1e9).astype(int)
+        return Estimate(stamp_ns, self.q, self.qd, self.qdd, self.effort, self.dahl)
 
     def take(self: _Samples, rows: 'slice | Bools') -> _Samples:
         """Return some rows, a slice or (n,) bool."""
@@ -61,40 +59,49 @@ class StampStatistics(NamedTuple):
     lost: int = 0  # points of the grid without a stamp, gaps left out
 
 
-def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Block]:
-    """Pass joint states to a predictor; yield blocks of up to BLOCK estimates, in order."""
-    rows: list[tuple[Estimate, State, State]] = []
-    previous = None
+def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Samples]:
+    """Pass joint states to a predictor; yield blocks of BLOCK estimates, at last what is left."""
+    rows: list[Any] = []  # time [ns], estimate, newest and previous state
+    previous: Any = None
+    last_ns, time_ns = None, 0
     for message in messages:
         step = predictor.estimate(*message)
         if step.state is None:
             continue
         if step.estimate is not None and previous is not None:
-            rows.append((step.estimate, step.state, previous))
+            stamp_ns = step.estimate.stamp_ns
+            passed = 0 if last_ns is None else stamp_ns - last_ns
+            time_ns += passed if passed >= 0 else round(1e9 * GAP)
+            last_ns = stamp_ns
+            rows.append((time_ns, step.estimate, step.state, previous))
             if len(rows) == BLOCK:
                 yield _stacked(rows)
                 rows = []
         previous = step.state
-    if rows:
-        yield _stacked(rows)
+    yield _stacked(rows)
 
 
-def _stacked(rows: list[tuple[Estimate, State, State]]) -> Block:
-    estimates, newest, previous = zip(*rows)
-    stamp, *estimate = zip(*estimates)
-    q, qd, measured_qd, effort = (
-        _array([getattr(state, name) for state in newest])
-        for name in ('q', 'qd', 'measured_qd', 'effort'))
+def _stacked(rows: list[Any]) -> Samples:
+    times, estimates, newest, previous = ([row[i] for row in rows] for i in range(4))
     dt = np.array([now.stamp_ns - then.stamp_ns for now, then in zip(newest, previous)]) * 1e-9
-    difference = (qd - _array([state.qd for state in previous])) / dt[:, None]
-    return Block(Estimate(np.array(stamp), *map(_array, estimate)), q, qd, measured_qd, effort,
-                 dt, difference)
+    usable_qd = _field(newest, 'qd')
+    q, qd, qdd, effort, dahl = (_field(estimates, name) for name in Estimate._fields[1:])
+    return Samples(
+        np.array(times) * 1e-9, q, qd, qdd, effort, dahl, _field(newest, 'q'),
+        _field(newest, 'measured_qd'), usable_qd, _field(newest, 'effort'), dt,
+        (usable_qd - _field(previous, 'qd')) / dt[:, None])
 
 
-def _array(values: Iterable[Array | None]) -> Array:
-    """Stack arrays (7,) to (n, 7), with NaN for None."""
-    return np.concatenate(
-        [_NOTHING if value is None else value for value in values]).reshape(-1, N_JOINTS)
+def _field(of: list[Any], name: str) -> Array:
+    """Return a field of estimates or states, (n, 7), with NaN for None."""
+    values = (getattr(one, name) for one in of)
+    return np.concatenate([np.empty(0), *(_NOTHING if value is None else value
+                                          for value in values)]).reshape(-1, N_JOINTS)
+
+
+def joined(parts: Iterable[Samples]) -> Samples:
+    """Return consecutive samples as one."""
+    return Samples(*map(np.concatenate, zip(*(vars(part).values() for part in parts))))
 
 
 def stamp_statistics(dt: Array) -> StampStatistics:

@@ -104,12 +104,16 @@ def test_statistics_are_those_of_the_nodes_predictions(case, values):
             rtol=1e-9)
 
 
-def test_blocks_hold_the_nodes_predictions(case):
+def test_blocks_hold_the_nodes_predictions(case, monkeypatch):
+    monkeypatch.setattr('baxter_dynamics_ros.recordings.playback.BLOCK', 256)
     predictor = Predictor(case(CALIBRATED).settings)
-    seen = [predictor.predict(block.estimate)
-            for block in play(case(CALIBRATED).recording, predictor)]
-    assert [len(prediction.q) for prediction in seen] == [256, 256, 600 - 21 - 2 * 256]
-    for field in ('stamp_ns', 'q', 'qd', 'qdd', 'tau', 'effort', 'residual'):
+    blocks = list(play(case(CALIBRATED).recording, predictor))
+    assert [len(block.time) for block in blocks] == [256, 256, 600 - 21 - 2 * 256]
+    np.testing.assert_array_equal(
+        np.concatenate([block.estimate.stamp_ns for block in blocks]),
+        case(CALIBRATED).rows('stamp_ns') - case(CALIBRATED).predictions[0].stamp_ns)
+    seen = [predictor.predict(block.estimate) for block in blocks]
+    for field in ('q', 'qd', 'qdd', 'tau', 'effort', 'residual'):
         np.testing.assert_allclose(
             np.concatenate([getattr(prediction, field) for prediction in seen]),
             case(CALIBRATED).rows(field), rtol=0, atol=1e-9, err_msg=field)
@@ -217,11 +221,11 @@ def test_sums_do_not_cancel(rng):
         np.corrcoef(measured[:, i], predicted[:, i])[0, 1] for i in range(7)], rtol=1e-6)
 
 
-def test_results_do_not_depend_on_how_many_samples_are_reduced_together(monkeypatch):
+def test_results_do_not_depend_on_the_size_of_a_block(monkeypatch):
     recording = Recording(2500)
     recording.effort[1000:1100, 2] += 9.0
     whole = evaluate(recording)
-    monkeypatch.setattr(f'{Evaluator.__module__}._PART', 512)
+    monkeypatch.setattr('baxter_dynamics_ros.recordings.playback.BLOCK', 512)
     parts = evaluate(recording)
     assert parts.contacts == whole.contacts and parts.contacts[0].joint == 'e0'
     assert parts.notices == whole.notices and parts.duration == whole.duration
@@ -235,7 +239,7 @@ def test_results_do_not_depend_on_how_many_samples_are_reduced_together(monkeypa
 
 def test_memory_hardly_grows_with_a_recording(monkeypatch):
     """An interval (8 bytes), a quarter of residual and position, and copies of them at the end."""
-    monkeypatch.setattr(f'{Evaluator.__module__}._PART', 256)
+    monkeypatch.setattr('baxter_dynamics_ros.recordings.playback.BLOCK', 256)
     monkeypatch.setattr('baxter_dynamics_ros.recordings.data_check._ROWS', 100)
 
     def peak(n):
