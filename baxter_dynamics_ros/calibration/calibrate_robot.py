@@ -18,8 +18,8 @@ from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
 from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
 from ..recordings.data_check import Notice
+from ..recordings.playback import Lag
 from ..recordings.recording import Recording
-from ..recordings.velocity_lag import Lag
 
 _PARTS = 5  # number of folds of a single recording
 _SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to be fitted

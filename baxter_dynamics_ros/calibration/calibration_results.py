@@ -10,7 +10,7 @@ from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS
 from ..recordings.contact_intervals import Contact
 from ..recordings.data_check import Notice
-from ..recordings.velocity_lag import Lag
+from ..recordings.playback import Lag
 
 _BETTER = 0.01  # mean relative decrease of the left-out residual that makes a fit better
 

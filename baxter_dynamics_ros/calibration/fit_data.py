@@ -16,9 +16,8 @@ from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
 from ..recordings.data_check import DataCheck, Notice, RunningCheck
-from ..recordings.playback import joined, play, Samples
+from ..recordings.playback import joined, play, Samples, segments
 from ..recordings.recording import Recording
-from ..recordings.velocity_lag import segments
 
 _SHORT = 1.0  # minimum duration of a recording [s]
 _SHORTEST = 10.0  # ... of all recordings together [s]

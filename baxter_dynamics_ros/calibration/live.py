@@ -5,7 +5,7 @@ Calibration beside a running node: progress of the motion, and the fit in a proc
 the fields of :class:`Result` as JSON. Only the process needs SciPy.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 import json
 import os
 from pathlib import Path
@@ -19,7 +19,7 @@ from ..files import write_file
 from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS, N_JOINTS
-from ..recordings.recording import JointState
+from ..recordings.recording import ArrayRecording
 
 COMMAND = (sys.executable, '-m', 'baxter_dynamics_ros.calibration.live')
 # For the process: one thread, so that the fit leaves the other processors alone.
@@ -93,28 +93,15 @@ def read_result(path: Path) -> Result:
     return Result(**json.loads(path.read_text()))
 
 
-class _Recording:
-    """Joint states of an input file."""
-
-    name, topic = 'the recording', ''
-
-    def __init__(self, file: Any, names: list[str], arm: str) -> None:
-        self._states = [
-            JointState(stamp.item(), names, q, qd, effort, received.item())
-            for stamp, received, q, qd, effort in zip(*(file[name] for name in _COLUMNS))]
-        self.arm, self.count = arm, len(self._states)
-
-    def __iter__(self) -> Iterator[JointState]:
-        return iter(self._states)
-
-
 def run(path: Path) -> Result:
     """Return the calibration to the joint states of an input file."""
     from .calibrate_robot import calibrate
     with np.load(path) as file:
         request = json.loads(str(file['request']))
         settings = PredictorSettings.from_parameters(request['values'])
-        recording = _Recording(file, request['names'], settings.arm)
+        stamp, received, *arrays = (file[name] for name in _COLUMNS)
+        recording = ArrayRecording('the recording', settings.arm, request['names'], stamp, arrays,
+                                   received)
     try:
         found = calibrate([recording], settings, request['inertial'], request['payload'])
     except BaxterDynamicsError as error:

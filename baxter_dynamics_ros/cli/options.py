@@ -13,7 +13,7 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import SIDES
 
 if TYPE_CHECKING:
-    from ..recordings.reader import Recordings
+    from ..recordings.recording import Recording
 
 
 def number(low: float, high: float, unit: str = '',
@@ -86,7 +86,7 @@ def read_settings(args: argparse.Namespace) -> dict[str, Any]:
                            lambda line: say(f'warning: {line}'))
 
 
-def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, Recordings]':
+def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, list[Recording]]':
     """Return the settings and the recordings named by the options of add_recordings."""
     from ..recordings.reader import open_recordings
     values = read_settings(args)

@@ -2,12 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 from functools import lru_cache
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from mcap.reader import NonSeekingReader, SeekingReader
 from rosbags.interfaces import ConnectionExtRosbag2
@@ -18,6 +18,8 @@ import yaml
 import zstandard
 
 from .recording import BagError
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
 
 _METADATA = 'metadata.yaml'
 _KILLED = ' (was the recorder killed?)'
@@ -33,35 +35,36 @@ class Channel(NamedTuple):
     encoding: str  # 'cdr', 'ros1' or another one
     count: int  # type: ignore[assignment]  # messages; a tuple has a method of that name
 
+    @property
+    def is_readable(self) -> bool:
+        """Return whether its messages are joint states in a known encoding."""
+        return self.kind == JOINT_STATE and self.encoding in ('cdr', 'ros1')
+
 
 Messages = Iterator[tuple[Channel, int, bytes]]  # channel, time of recording [ns], data
+BagFile: TypeAlias = '_McapFile | _RosbagsFile'
 
 
-class BagFiles:
+def open_bag(path: Path, stack: ExitStack) -> tuple[list[BagFile], bool]:
     """
-    Open files of a bag: a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
+    Return the files of a bag, open until the stack closes, and whether messages are compressed.
 
-    The libraries raise exceptions of many types for a damaged file; see :func:`bag_error`.
+    A bag is a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
     """
-
-    def __init__(self, path: Path) -> None:
-        files, self._is_compressed = read_metadata(path) if path.is_dir() else ([path], False)
-        with ExitStack() as stack:
-            self._files = [_open(file, stack) for file in files]
-            self.close = stack.pop_all().close
-        self.channels = [channel for file in self._files for channel in file.channels.values()
-                         if channel.count]
-
-    def messages(self, topic: str) -> Messages:
-        """Yield the messages on a topic, file by file."""
-        decompress = zstandard.ZstdDecompressor().decompress
-        for file in self._files:
-            if any(channel.topic == topic for channel in file.channels.values()):
-                for channel, received_ns, raw in file.messages(topic):
-                    yield channel, received_ns, decompress(raw) if self._is_compressed else raw
+    files, is_compressed = _read_metadata(path) if path.is_dir() else ([path], False)
+    return [_open(file, stack) for file in files], is_compressed
 
 
-def _open(path: Path, stack: ExitStack) -> '_McapFile | _RosbagsFile':
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn the exceptions of the libraries, which are of any type, into BagError."""
+    try:
+        yield
+    except Exception as error:
+        raise _bag_error(path, error) from None
+
+
+def _open(path: Path, stack: ExitStack) -> BagFile:
     log = path.with_name(path.name + '-wal')
     if path.suffix == '.db3' and log.is_file() and log.stat().st_size:
         raise BagError(f'{path}: its last messages are in {log.name}{_KILLED}: '
@@ -92,7 +95,8 @@ class _RosbagsFile:
 
     def messages(self, topic: str) -> Messages:
         connections = [each for each in self._reader.connections if each.topic == topic]
-        for connection, received_ns, raw in self._reader.messages(connections):
+        # Without connections, rosbags yields all messages.
+        for connection, received_ns, raw in connections and self._reader.messages(connections):
             yield self.channels[connection.id], received_ns, raw
 
 
@@ -144,7 +148,7 @@ def _ros2_name(name: str) -> str:
     return f'{package}/msg/{rest}' if rest and '/' not in rest else name
 
 
-def read_metadata(folder: Path) -> tuple[list[Path], bool]:
+def _read_metadata(folder: Path) -> tuple[list[Path], bool]:
     """Return the files of a rosbag2 folder, and whether each message is compressed."""
     text = (folder / _METADATA).read_bytes()
     try:
@@ -172,14 +176,14 @@ _KINDS = {'.mcap': _MCAP, '.bag': _ROS1, '.active': _ROS1,
           '.zstd': _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file')}
 
 
-def bag_error(path: Path, error: Exception) -> BagError:
+def _bag_error(path: Path, error: Exception) -> BagError:
     """Return an error that says in one line why a bag cannot be read, with a remedy."""
     if isinstance(error, BagError):
         return error
-    files = []
+    files: list[Path] = []
     try:
-        files = sorted(file for file in path.iterdir() if file.suffix in _KINDS) if (
-            path.is_dir()) else [path]
+        files = sorted(file for file in (path.iterdir() if path.is_dir() else [path])
+                       if file.suffix in _KINDS)
         problem = _folder_problem(path, files) if path.is_dir() else _file_problem(path)
     except (FileNotFoundError, NotADirectoryError):
         problem = f'{path}: no such file or folder'
@@ -190,16 +194,16 @@ def bag_error(path: Path, error: Exception) -> BagError:
     if problem:
         return BagError(problem)
     reason = ' '.join(str(error).split()).rstrip('.') or type(error).__name__
-    repair = _KINDS[files[0].suffix].repair
-    name = files[0] if len(files) == 1 else 'FILE'
-    advice = f'; if it is damaged: `{repair.format(name)}`' if repair else ''
+    repair = _KINDS[files[0].suffix].repair.format(files[0] if len(files) == 1 else 'FILE') if (
+        files) else ''
+    advice = f'; if it is damaged: `{repair}`' if repair else ''
     return BagError(f'{path}: cannot be read ({reason}){advice}')
 
 
 def _folder_problem(folder: Path, files: list[Path]) -> 'str | None':
     problem = next(filter(None, map(_file_problem, files)), None)
     if (folder / _METADATA).exists():
-        missing = [file.name for file in read_metadata(folder)[0] if not file.exists()]
+        missing = [file.name for file in _read_metadata(folder)[0] if not file.exists()]
         return problem if not missing else (
             f'{folder}: {_METADATA} lists files that are missing: {", ".join(missing)}; restore '
             f'them, or remove them from the list: `ros2 bag reindex {folder}`')

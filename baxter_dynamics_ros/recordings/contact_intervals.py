@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .velocity_lag import segments
+from .playback import segments
 from ..estimation.settings import ContactSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS, POSITION_LOWER, POSITION_UPPER

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .playback import Samples
-from .velocity_lag import Lag, lag_and_scale, TRAVEL, velocity_sums
+from .playback import Lag, lag_and_scale, Samples, TRAVEL, velocity_sums
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
@@ -87,7 +86,7 @@ class RunningCheck:
         """Add consecutive samples that have an effort."""
         steps = np.diff(part.time)
         self._duration += float(steps[(steps > 0.0) & (steps < 0.3)].sum())
-        self._velocity += velocity_sums(part.time, part.newest_q, part.newest_qd)
+        self._velocity += velocity_sums(part)
         rows = np.stack([part.q, part.qd, part.qdd, part.effort], axis=1)
         self._rows = np.concatenate([self._rows, rows[-self._seen % self._stride::self._stride]])
         self._seen += len(rows)

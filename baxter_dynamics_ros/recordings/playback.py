@@ -1,4 +1,11 @@
-"""Playback of a recording through the node's predictor in blocks; regularity of its stamps."""
+"""
+Playback of a recording through the node's predictor; regularity of its stamps; lag of velocity.
+
+A velocity that is ``lag`` seconds old integrates to less than the change of position by ``lag``
+times the change of velocity: a straight line, fitted over intervals of one second, in which
+noise and quantisation hardly matter. The slope of the change of position over the integrated
+velocity is the scale: 1 if velocities are in rad/s and the stamps have the true period.
+"""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -14,9 +21,13 @@ from ..model.arrays import Array, Bools
 from ..model.joints import N_JOINTS
 
 BLOCK = 4096  # estimates in a batch
+TRAVEL = 0.05  # range of position within which a joint counts as at rest [rad]
 
 _NOTHING = np.full(N_JOINTS, np.nan)
 _FEW = 20  # intervals below which nothing can be concluded
+_BREAK = 0.15  # time between samples that ends a segment [s]
+_INTERVAL = 1.0  # of the integration of velocity [s]
+_SLOPE = 0.02  # half the interval of the slope of position [s]
 _Samples = TypeVar('_Samples', bound='Samples')
 
 
@@ -57,6 +68,14 @@ class StampStatistics(NamedTuple):
     period: float = 0.0  # of the grid [s]; zero if there are too few stamps
     irregularity: float = 0.0  # RMS distance of an interval from the grid, share of the period
     lost: int = 0  # points of the grid without a stamp, gaps left out
+
+
+class Lag(NamedTuple):
+    """Lag of the velocity."""
+
+    value: float  # [s]
+    uncertainty: float  # standard error, from the differences between joints [s]
+    per_joint: Array  # (7,) [s]; NaN for a joint that does not move
 
 
 def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Samples]:
@@ -122,3 +141,50 @@ def _distance(dt: Array, period: float) -> tuple[float, float]:
     """Return the RMS distance of intervals from multiples of a period, in periods; and it."""
     steps = dt / period
     return float(np.sqrt(np.mean((steps - np.maximum(np.rint(steps), 1.0)) ** 2))), period
+
+
+def segments(time: Array) -> list[slice]:
+    """Return the slices between gaps of a time axis (n,) [s]."""
+    breaks = np.flatnonzero(np.abs(np.diff(time)) > _BREAK) + 1
+    return [slice(*pair) for pair in zip([0, *breaks], [*breaks, len(time)])]
+
+
+def velocity_sums(samples: Samples) -> Array:
+    """Return the sums for :func:`lag_and_scale`, (2, 2, 7), to be added to those of others."""
+    return sum((_sums(samples.time[rows], samples.newest_q[rows], samples.newest_qd[rows])
+                for rows in segments(samples.time)), start=np.zeros((2, 2, N_JOINTS)))
+
+
+def _sums(t: Array, q: Array, qd: Array) -> Array:
+    """Return sums of y x and x^2 of the straight lines of lag and scale; of a short segment, 0."""
+    period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    if period <= 0.0 or len(t) * period < 3 * _INTERVAL or not np.isfinite(qd).all():
+        return np.zeros((2, 2, N_JOINTS))
+    n = max(round(_INTERVAL / period), 1)
+    k = max(round(_SLOPE / period), 2)
+    steps = 0.5 * np.diff(t)[:, None] * (qd[1:] + qd[:-1])
+    integral = np.cumsum(np.concatenate([np.zeros((1, N_JOINTS)), steps]), axis=0)
+    velocity = (q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None]
+    moves = np.ptp(q, axis=0) > TRAVEL
+
+    def change(values: Array) -> Array:
+        """Return changes over the interval, less their mean; zero at rest."""
+        changes = values[n:] - values[:-n]
+        return (changes - changes.mean(0)) * moves
+
+    lines = ((velocity, (q - integral)[k:-k]), (integral, q))  # x, y
+    return np.array([np.sum([change(y) * change(x), change(x) ** 2], axis=1) for x, y in lines])
+
+
+def lag_and_scale(sums: Array) -> tuple['Lag | None', float]:
+    """Return the lag, and travel over integrated velocity; None and NaN if no joint moved."""
+    products, squares = sums.swapaxes(0, 1)
+    moves = squares > 1e-3 * squares.max(axis=1, keepdims=True)  # more than hardly
+    lags, scales = np.divide(products, squares, out=np.full_like(sums[0], np.nan), where=moves)
+    scale = float(np.nanmedian(scales)) if np.isfinite(scales).any() else np.nan
+    known = lags[np.isfinite(lags)]
+    if not len(known):
+        return None, scale
+    value = float(np.median(known))
+    spread = float(np.std(known, ddof=1)) if len(known) > 1 else abs(value)
+    return Lag(value, spread / float(np.sqrt(len(known))), lags), scale

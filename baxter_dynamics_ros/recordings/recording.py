@@ -1,15 +1,23 @@
-"""Joint states of one arm in a recording, and the choice of the arm."""
+"""Joint states of one arm in a recording, from arrays in .npz and .csv files among others."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
 
 from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import joint_names, SIDES
+from ..model.joints import joint_names, JOINTS, SIDES
 
 USUAL_TOPIC = '/robot/joint_states'
-JOINT_STATE = 'sensor_msgs/msg/JointState'
+
 _SHOWN = 8  # names in a message
+_START = 10**18  # stamp of the first joint state where only the period is known [ns]
+_ARRAYS = ('position', 'velocity', 'effort')
+_LONGEST = 1.0  # period [s]
 
 
 class BagError(BaxterDynamicsError):
@@ -27,16 +35,48 @@ class JointState(NamedTuple):
     received_ns: int  # time of recording [ns]
 
 
-class Recording(Protocol):
-    """Joint states of one arm, in the order of recording."""
+class Recording:
+    """Joint states of one arm, in the order of recording; a context manager to read them in."""
 
     name: str
-    topic: str
     arm: str
+    topic: str
     count: int  # messages
+
+    def __enter__(self) -> 'Recording':
+        """Return the recording."""
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        """Do nothing."""
+
+    def __iter__(self) -> Iterator[JointState]:
+        """Yield each joint state, any number of times."""
+        raise NotImplementedError
+
+
+@dataclass(eq=False)
+class ArrayRecording(Recording):
+    """Recording in arrays."""
+
+    name: str
+    arm: str
+    joints: Sequence[str]  # names of j joints
+    stamps_ns: Array  # (n,) [ns]
+    arrays: Sequence[Array]  # position [rad], velocity [rad/s] and effort [N m], (n, j) each
+    received_ns: 'Array | None' = None  # (n,) times of recording [ns]; the stamps by default
+    topic: str = USUAL_TOPIC
+
+    def __post_init__(self) -> None:
+        """Count the joint states."""
+        self.count = len(self.stamps_ns)
 
     def __iter__(self) -> Iterator[JointState]:
         """Yield each joint state."""
+        received = self.stamps_ns if self.received_ns is None else self.received_ns
+        for stamp_ns, received_ns, position, velocity, effort in zip(
+                self.stamps_ns.tolist(), received.tolist(), *self.arrays):
+            yield JointState(stamp_ns, self.joints, position, velocity, effort, received_ns)
 
 
 def choose_arm(where: str, names: set[str], arm: 'str | None') -> str:
@@ -61,3 +101,89 @@ def listed(names: Iterable[str]) -> str:
     names = sorted(names)
     more = f' and {len(names) - _SHOWN} more' if len(names) > _SHOWN else ''
     return ', '.join(names[:_SHOWN]) + more
+
+
+def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
+    """Return the recordings in an .npz or .csv file; raise BagError if it is malformed."""
+    try:
+        contents = _csv(path) if path.suffix == '.csv' else _npz(path)
+    except (OSError, EOFError, ValueError, TypeError, AttributeError, SyntaxError, MemoryError,
+            BadZipFile) as error:
+        reason = getattr(error, 'strerror', None) or ' '.join(str(error).split())
+        raise BagError(f'{path}: cannot be read as {path.suffix}; is it complete? '
+                       f'({reason:.200})') from None
+    _check(path, contents)
+    joints = [str(name) for name in np.ravel(contents['joint_names'])]
+    if not set(JOINTS).isdisjoint(joints):
+        joints = [f'{arm or "right"}_{joint}' for joint in joints]
+    names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
+    owner = contents.get('recording', np.zeros(len(contents['position']), int))
+    nameless = (owner < 0) | (owner >= len(names))
+    if nameless.any():
+        raise BagError(f'{path}: {nameless.sum()} of {len(owner)} rows belong to recording '
+                       f'{owner[nameless][0]}, but recording_names has {len(names)} names')
+    recordings = []
+    for index, name in enumerate(names):
+        rows = np.flatnonzero(owner == index)
+        arrays = tuple(np.ascontiguousarray(contents[key][rows], float) for key in _ARRAYS)
+        recordings.append(ArrayRecording(
+            name, choose_arm(f'{path}: {name}', set(joints), arm), joints,
+            _stamps_ns(contents, rows), arrays))
+    return recordings
+
+
+def _npz(path: Path) -> dict[str, Any]:
+    with np.load(path, allow_pickle=False) as file:
+        contents = {key: file[key] for key in file.files}
+    contents.setdefault('joint_names', contents.get('names'))
+    missing = [key for key in ('joint_names', *_ARRAYS) if contents.get(key) is None]
+    if 'period' not in contents and 'stamp' not in contents:
+        missing.append('period or stamp')
+    if missing:
+        raise BagError(f'{path}: lacks {", ".join(missing)}; it has {", ".join(contents)}')
+    return contents
+
+
+def _csv(path: Path) -> dict[str, Any]:
+    with path.open(encoding='utf-8-sig') as file:
+        header = [name.strip() for name in file.readline().split(',')]
+        time = next((name for name in ('time', 'stamp') if name in header), None)
+        for prefix in ('', *(f'{side}_' for side in SIDES)):
+            joints = [prefix + joint for joint in JOINTS]
+            wanted = {f'{joint}_{key}' for joint in joints for key in _ARRAYS}
+            if time and wanted <= {*header}:
+                columns = dict(zip(header, np.loadtxt(
+                    file, delimiter=',', ndmin=2, usecols=range(len(header))).T))
+                return {'joint_names': joints, 'stamp': columns[time], **{
+                    key: np.stack([columns[f'{joint}_{key}'] for joint in joints], axis=1)
+                    for key in _ARRAYS}}
+    raise BagError(f'{path}: expected columns time, s0_position, s0_velocity, s0_effort and so on '
+                   f'for the joints of one arm, got {", ".join(header):.200}')
+
+
+def _check(path: Path, contents: dict[str, Any]) -> None:
+    """Raise BagError if an array has the wrong shape, type or range."""
+    n, joints = len(np.atleast_1d(contents['position'])), np.size(contents['joint_names'])
+    table = f'have {n} rows of {joints} numbers (as joint_names)'
+    rules = {key: ((n, joints), 'fiu', table) for key in _ARRAYS} | {
+        'recording': ((n,), 'iu', f'have {n} integers'),
+        'period': ((), 'fiu', f'be a number of seconds up to {_LONGEST:g}'),
+        'stamp': ((n,), 'fiu', f'have {n} numbers of seconds from 0 to 2^31')}
+    for key, (shape, kinds, wanted) in rules.items():
+        array = contents.get(key)
+        if array is not None and (
+                array.shape != shape or array.dtype.kind not in kinds
+                or key == 'period' and not 0.0 < array <= _LONGEST
+                or key == 'stamp' and not ((array >= 0.0) & (array < 2.0**31)).all()):
+            found = f'{array}' if not shape and array.size < 9 else f'{array.dtype} {array.shape}'
+            raise BagError(f'{path}: {key} must {wanted}, is {found}')
+
+
+def _stamps_ns(contents: dict[str, Any], rows: Any) -> Any:
+    """Return the stamps of some rows, or multiples of the period."""
+    if 'stamp' not in contents:
+        period = 1e9 * float(contents['period'])
+        return _START + np.rint(np.arange(len(rows)) * period).astype(np.int64)
+    whole = np.floor(contents['stamp'][rows])
+    fraction = np.rint((contents['stamp'][rows] - whole) * 1e9)
+    return whole.astype(np.int64) * 10**9 + fraction.astype(np.int64)

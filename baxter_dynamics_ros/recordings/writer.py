@@ -11,8 +11,8 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores
 
-from .bag_files import type_store
-from .recording import BagError, JOINT_STATE, Recording
+from .bag_files import JOINT_STATE, type_store
+from .recording import BagError, Recording
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged

@@ -9,7 +9,7 @@ from baxter_dynamics_ros.recordings.advice import Advice, Assessment, Verdict
 from baxter_dynamics_ros.recordings.data_check import Notice
 from baxter_dynamics_ros.recordings.evaluation_results import (Band, ErrorStatistics, ESTIMATORS,
                                                                Evaluation, METHODS, TERMS)
-from baxter_dynamics_ros.recordings.velocity_lag import Lag
+from baxter_dynamics_ros.recordings.playback import Lag
 import numpy as np
 import pytest
 from report.pages import HOSTILE
