@@ -39,9 +39,9 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     """
     settings = _starting_point(settings or PredictorSettings(), recordings)
     settings, motions, lag, notices = _measured(recordings, settings, progress)
-    by_time = len(motions) == 1
-    if by_time:
-        motions = _split(motions[0], notices)
+    fold = 'recording'
+    if len(motions) == 1:
+        fold, motions = 'part', _split(motions[0], notices)
     s1 = np.concatenate([motion.q[:, S1] for motion in motions])
     low, high = np.quantile(s1, [0.002, 0.998]).tolist()  # without outliers
     asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
@@ -57,13 +57,12 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     fit, given_up = best_fit(problem, steps[-1:] if only else steps)
     parameters = fit.parameters
     notices += _doubts(parameters, unidentifiable, [step.term for step in given_up if step.joints])
-    judged = [one if len(part) == len(motion) else replace(
-                  one, with_contact=rms(residual(motion, problem.updated(b))))
+    judged = [one if part is motion else one._replace(
+                  with_contact=rms(residual(motion, problem.updated(b))))
               for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
-        settings.arm, settings, fit.settings, parameters, steps[:len(steps) - len(given_up)],
-        judged, by_time, lag, contacts, tuple(notices), samples=sum(map(len, free)),
-        duration=sum(motion.duration for motion in free), s1_range=(low, high))
+        settings, fit.settings, parameters, steps[:len(steps) - len(given_up)], judged, fold, lag,
+        contacts, tuple(notices), samples=sum(map(len, free)), s1_range=(low, high))
 
 
 def _starting_point(given: PredictorSettings,

@@ -1,6 +1,8 @@
 """Results of a calibration."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -37,69 +39,58 @@ class Selection(NamedTuple):
     active: Bools = np.zeros(0, dtype=bool)  # (p,) parameters kept so far
 
 
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """Fold result: residual of a recording or part, with a fit to the others."""
+class Judged(NamedTuple):
+    """RMS (7,) of the residual of a fold, a recording or a part of one [N m]."""
 
     name: str
     duration: float  # without contact [s]
-    before: Array  # RMS (7,) of the residual with the initial settings, without contact [N m]
-    after: Array  # ... with a fit to the other folds
-    with_contact: 'Array | None' = None  # ... and contact included; None if there is none
+    before: Array  # with the initial settings, without contact
+    after: Array  # with a fit to the other folds, without contact
+    with_contact: Array  # the same, contact included
+
+
+def pooled(folds: Sequence[Judged]) -> Judged:
+    """Return the residuals of all folds together."""
+    _, durations, *residuals = zip(*folds)
+    return Judged('together', sum(durations), *(
+        np.sqrt(np.average(np.square(rms), axis=0, weights=durations)) for rms in residuals))
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """Result of a calibration."""
 
-    arm: str  # 'right' or 'left'
     before: PredictorSettings  # initial, with the measured velocity lag
     after: PredictorSettings  # calibrated
     parameters: list[Fitted]
     steps: list[Selection]  # one per term that was tried; the first has no term
     judged: list[Judged]  # one per fold
-    by_time: bool  # whether the folds are parts of one recording
+    fold: str  # 'recording', or 'part' of a single one
     lag: 'Lag | None'  # measured velocity lag
     contacts: list[Contact]  # contact left out of the fit
     notices: tuple[Notice, ...]  # warnings about data and fit
     samples: int  # fitted samples
-    duration: float  # of these [s]
     s1_range: tuple[float, float]  # range of s1 without outliers [rad]
 
-    @property
-    def rms_before(self) -> Array:
-        """Return the RMS (7,) over all folds with the initial settings [N m]."""
-        return self._pooled([one.before for one in self.judged])
-
-    @property
-    def rms_after(self) -> Array:
-        """Return the RMS (7,) over all folds, calibrated, without contact [N m]."""
-        return self._pooled([one.after for one in self.judged])
-
-    @property
-    def rms_with_contact(self) -> Array:
-        """Return the RMS (7,) over all folds, calibrated, contact included [N m]."""
-        return self._pooled([one.after if one.with_contact is None else one.with_contact
-                             for one in self.judged])
+    @cached_property
+    def total(self) -> Judged:
+        """Residuals of all folds together."""
+        return pooled(self.judged)
 
     @property
     def better(self) -> bool:
         """Whether the left-out residual is smaller, by 1 % on the mean of the joints."""
-        before, after = (np.maximum(rms, 1e-4) for rms in (self.rms_before, self.rms_after))
+        before, after = np.maximum([self.total.before, self.total.after], 1e-4)
         return bool(np.log(after / before).mean() < np.log(1.0 - _BETTER))
 
     @property
     def summary(self) -> str:
         """Residuals before and after, in one line."""
         pairs = ', '.join(f'{joint} {before:.3f} to {after:.3f}' for joint, before, after in zip(
-            JOINTS, self.rms_before, self.rms_after))
+            JOINTS, self.total.before, self.total.after))
         return (f'residual on what was left out of the fit {"" if self.better else "not "}'
                 f'reduced [N m]: {pairs}')
 
     def of_term(self, term: str) -> list[Fitted]:
         """Return the fitted quantities of a term."""
         return [one for one in self.parameters if one.term == term]
-
-    def _pooled(self, rms: list[Array]) -> Array:
-        return np.sqrt(np.average(np.square(rms), axis=0,
-                                  weights=[one.duration for one in self.judged]))

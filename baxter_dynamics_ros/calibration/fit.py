@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from scipy.optimize import nnls
 
-from .calibration_results import Fitted, Judged, Selection
+from .calibration_results import Fitted, Judged, pooled, Selection
 from .fit_data import residual, rms
 from .joint_terms import Crosstalk
 from .least_squares import (information, Problem, Selector, SHORTEST, solve, squared_error,
@@ -79,14 +79,13 @@ class Fit:
         self._left = [residual(motion, problem.updated(b))
                       for motion, b in zip(motions, self.left_out)]
         self.judged = [
-            Judged(motion.name, motion.duration, rms(residual(motion, problem.before)), rms(left))
-            for motion, left in zip(motions, self._left)]
+            Judged(motion.name, motion.duration, rms(residual(motion, problem.before)),
+                   *2 * [rms(left)]) for motion, left in zip(motions, self._left)]
 
     @property
     def log_error(self) -> float:
         """Return the mean logarithm of the cross-validated RMS of the joints."""
-        total = sum(one.duration * one.after ** 2 for one in self.judged)
-        return _log_error(np.sqrt(total / sum(one.duration for one in self.judged)))
+        return _log_error(pooled(self.judged).after)
 
     @property
     def settings(self) -> PredictorSettings:

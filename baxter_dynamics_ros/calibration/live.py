@@ -109,8 +109,8 @@ def run(path: Path) -> Result:
     before = settings.parameters()
     changed = {name: value for name, value in found.after.parameters().items()
                if value != before[name]}
-    return Result(found.summary, found.better, changed, found.rms_before.tolist(),
-                  found.rms_after.tolist(), list(map(str, found.notices)))
+    return Result(found.summary, found.better, changed, found.total.before.tolist(),
+                  found.total.after.tolist(), list(map(str, found.notices)))
 
 
 if __name__ == '__main__':

@@ -77,17 +77,18 @@ def main(args: argparse.Namespace) -> int:
 def _comments(result: Calibration, command: str) -> list[str]:
     """Return the comment at the top of the parameter file."""
     rows = [f'{joint}  {before:6.3f}  {after:6.3f}' for joint, before, after in zip(
-        JOINTS, result.rms_before, result.rms_after)]
+        JOINTS, result.total.before, result.total.after)]
     return [
-        f'Calibration of the {result.arm} arm, by baxter_dynamics_ros {__version__}:', command,
-        f'Fitted to {result.samples} samples, {result.duration:.0f} s. Other parameters have '
-        'their defaults.', '',
+        f'Calibration of the {result.before.arm} arm, by baxter_dynamics_ros {__version__}:',
+        command,
+        f'Fitted to {result.samples} samples, {result.total.duration:.0f} s. Other parameters '
+        'have their defaults.', '',
         f'Residual RMS [N m] on {_left_out(result)}, before and after:', *rows,
         *([''] + [f'Warning: {notice}' for notice in result.notices] if result.notices else [])]
 
 
 def _left_out(result: Calibration) -> str:
-    kind = 'parts of the recording' if result.by_time else 'recordings'
+    kind = 'parts of the recording' if result.fold == 'part' else 'recordings'
     return f'{kind} left out of the fit'
 
 
@@ -99,10 +100,10 @@ def _print(result: Calibration) -> None:
     say(f'residual RMS [N m] on {_left_out(result)}, after adding each term to the joints that it '
         'improves')
     show_table(('term', *JOINTS), [
-        ('before', *(f'{x:.3f}' for x in result.rms_before)),
+        ('before', *(f'{x:.3f}' for x in result.total.before)),
         *(('+ ' + step.term, *(f'{x:.3f}' if i in step.joints else '.'
                                for i, x in enumerate(step.rms))) for step in result.steps[1:]),
-        ('after', *(f'{x:.3f}' for x in result.rms_after))], bold_last=True)
+        ('after', *(f'{x:.3f}' for x in result.total.after))], bold_last=True)
 
 
 def _plan(args: argparse.Namespace) -> None:

@@ -6,8 +6,8 @@ import shlex
 
 import numpy as np
 
-from . import calibration_figures as figures, calibration_tables as tables
-from .calibration_tables import kind, MEANINGS, parameter_name, term_name, value_text
+from . import calibration_contents as contents
+from .calibration_contents import MEANINGS, parameter_name, term_name, unit_name
 from .drawing import styled
 from .page import change, findings, listed, number, plus_minus, render, torque
 from ..calibration.calibrate_robot import sweeps
@@ -36,16 +36,14 @@ def write_calibration(path: str | Path, calibration: Calibration, command: str,
     with styled():
         page = render(
             'calibration.html.j2', calibration=calibration, warnings=list(map(str, notices)),
-            findings=findings(RULES, calibration), kind=kind(calibration),
-            meanings={term_name(step.term): MEANINGS.get(step.term, '')
-                      for step in calibration.steps[1:]},
-            figures=figures, tables=tables,
+            findings=findings(RULES, calibration), contents=contents,
+            meanings={term_name(step.term): MEANINGS[step.term] for step in calibration.steps[1:]},
             command=command, parameters=parameters, file=shlex.quote(parameters))
     write_file(path, page)
 
 
 def _gain(calibration: Calibration) -> str:
-    before, after = calibration.rms_before, calibration.rms_after
+    before, after = calibration.total.before, calibration.total.after
     better, worse = after < (1 - _SAME) * before, after > (1 + _SAME) * before
     changes = [f'{joint}\u00a0{change(*pair)}' for joint, *pair in zip(JOINTS, before, after)]
     if better.all():
@@ -56,7 +54,7 @@ def _gain(calibration: Calibration) -> str:
         text = f'smaller at no joint: {", ".join(changes)}. Keep your present parameters'
     else:
         text = 'unchanged at every joint'
-    return f'On {kind(calibration)}s left out of the fit, the residual is {text}.'
+    return f'On {calibration.fold}s left out of the fit, the residual is {text}.'
 
 
 def _worse(calibration: Calibration) -> 'str | None':
@@ -65,8 +63,8 @@ def _worse(calibration: Calibration) -> 'str | None':
     worse = ratio > 1 + _WORSE
     if not worse.any():
         return None
-    n, joint = np.unravel_index(np.argmax(np.where(worse, ratio, 0.0)), ratio.shape)
-    return (f'{worse.any(1).sum()} of {len(judged)} {kind(calibration)}s, at '
+    n, joint = np.unravel_index(np.argmax(ratio), ratio.shape)
+    return (f'{worse.any(1).sum()} of {len(judged)} {calibration.fold}s, at '
             f'{listed(np.any(worse, axis=0))}; most {judged[n].name} at {JOINTS[joint]}: '
             f'{number(judged[n].before[joint], 2)} before, {torque(judged[n].after[joint])} '
             'after.')
@@ -75,17 +73,18 @@ def _worse(calibration: Calibration) -> 'str | None':
 def _contact(calibration: Calibration) -> 'str | None':
     if not calibration.contacts:
         return None
-    joints = sorted({JOINTS.index(contact.joint) for contact in calibration.contacts})
+    touched = {contact.joint for contact in calibration.contacts}
     errors = ', '.join(
-        f'{JOINTS[i]} {torque(calibration.rms_after[i])} without it and '
-        f'{torque(calibration.rms_with_contact[i])} with it' for i in joints)
+        f'{joint} {torque(without)} without it and {torque(with_contact)} with it'
+        for joint, without, with_contact in zip(JOINTS, *calibration.total[3:])
+        if joint in touched)
     return (f'{"; ".join(map(str, calibration.contacts))}. It is left out of the fit and of the '
             f'errors on this page: {errors}.')
 
 
 def _trust(calibration: Calibration) -> str:
     n = len(calibration.judged)
-    if calibration.by_time:
+    if calibration.fold == 'part':
         return (f'There is one recording. Each of its {n} parts was predicted by a fit to the '
                 'others. If the motion repeats, the parts are alike, and the result looks better '
                 'than it would on another motion.')
@@ -95,7 +94,8 @@ def _trust(calibration: Calibration) -> str:
 
 
 def _uncertain(calibration: Calibration) -> 'str | None':
-    loose = [f'{parameter_name(one)} ({value_text(one)})' for one in calibration.parameters
+    loose = [f'{parameter_name(one)} ({plus_minus(one.value, one.deviation, unit_name(one.unit))})'
+             for one in calibration.parameters
              if one.term != 'inertial' and one.deviation > abs(one.value)]
     if not loose:
         return None
@@ -106,7 +106,7 @@ def _uncertain(calibration: Calibration) -> 'str | None':
 
 def _record_next(calibration: Calibration) -> 'str | None':
     wishes = []
-    if calibration.by_time or len(calibration.judged) < _FEW:
+    if calibration.fold == 'part' or len(calibration.judged) < _FEW:
         wishes.append('another recording of a different motion')
     model = calibration.after.effort_model
     lower, upper = model.spring_range
@@ -123,8 +123,8 @@ def _lag(calibration: Calibration) -> str:
     used = f'{number(1e3 * calibration.after.acceleration.velocity_lag, 1)}\u00a0ms'
     lag = calibration.lag
     if lag is None:
-        return (f'Not measured, because no joint moves or velocity is missing. Used: {used}.')
-    text = (f'{plus_minus(1e3 * lag.value, 1e3 * lag.uncertainty)}\u00a0ms measured, {used} used; '
+        return f'Not measured, because no joint moves or velocity is missing. Used: {used}.'
+    text = (f'{plus_minus(1e3 * lag.value, 1e3 * lag.uncertainty, "ms")} measured, {used} used; '
             f'{number(1e3 * USUAL_LAG, 0)}\u00a0ms are usual on Baxter.')
     odd = np.abs(lag.per_joint - lag.value) > 0.003  # false where NaN
     joints = [f'{joint} ({number(1e3 * value, 1)}\u00a0ms)'

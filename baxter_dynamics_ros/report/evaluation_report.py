@@ -13,10 +13,10 @@ import numpy as np
 
 from .drawing import (draw_band, draw_expected, frame, legend, MEASURED, MODEL, panels, Picture,
                       styled, svg, zero_line)
-from .page import Column, findings, listed, render, Table, torque
+from .page import (Column, compared, findings, joint_columns, listed, render, Table,
+                   torque)
 from .. import __version__
 from ..files import write_files
-from ..model.arrays import Array
 from ..model.effort import BAND
 from ..model.joints import JOINTS, N_JOINTS
 from ..model.paper_tables import TABLE_V, TABLE_V_SUM
@@ -95,7 +95,7 @@ def size_table(of: Statistics) -> Table:
     if of.expected is not None:
         columns += [Column('expected deviation', of.expected.deviation),
                     Column('within ±1.96 of it [%]', 100.0 * of.expected.coverage, digits=0)]
-    return Table('Error e = measured − predicted effort [N m]', 'joint', JOINTS, columns)
+    return Table('Error e = measured − predicted effort [N m]', columns)
 
 
 def table_five(of: Statistics) -> Table:
@@ -105,24 +105,20 @@ def table_five(of: Statistics) -> Table:
     columns += [Column(label, np.append(TABLE_V[method][i], TABLE_V_SUM[method][i]),
                        f'paper, set {i + 1}', 4) for i in range(3)
                 for method, label in (('lagrange_euler', 'L-E'), ('newton_euler', 'RN-E'))]
-    return Table('|signed mean| of e [N m]; last row: sum of the signed means', 'joint',
-                 [*JOINTS, 'sum'], columns, foot=True)
+    return Table('|signed mean| of e [N m]; last row: sum of the signed means', columns,
+                 rows=[*JOINTS, 'sum'], foot=True)
 
 
-def terms_table(shares: dict[str, Array]) -> Table:
+def terms_table(of: Statistics) -> Table:
     """Return the RMS of each term of the predicted effort."""
-    greatest = np.max([*shares.values()], axis=0)  # (7,)
-    return Table('RMS of each term [N m]; bars compare the terms of a joint', 'joint', JOINTS,
-                 [Column('Coriolis' if term == 'coriolis' else term, rms, whole=greatest)
-                  for term, rms in shares.items()])
+    return Table('RMS of each term [N m]; bars compare the terms of a joint', compared({
+        'Coriolis' if term == 'coriolis' else term: rms for term, rms in of.shares.items()}))
 
 
 def estimators_table(of: Statistics) -> Table:
     """Return the RMS error with each acceleration estimator."""
-    greatest = np.max([errors.rms for errors in of.estimators.values()], axis=0)  # (7,)
-    return Table('RMS of e [N m] by acceleration; bars compare those of a joint', 'joint', JOINTS,
-                 [Column(ESTIMATOR_NAMES[name], errors.rms, whole=greatest)
-                  for name, errors in of.estimators.items()])
+    return Table('RMS of e [N m] by acceleration; bars compare those of a joint', compared({
+        ESTIMATOR_NAMES[name]: errors.rms for name, errors in of.estimators.items()}))
 
 
 def check_table(check: DataCheck) -> Table:
@@ -132,19 +128,17 @@ def check_table(check: DataCheck) -> Table:
                        ('the spring', check.spring)):
         columns[f'on {name}'] = np.where(gain.known, gain.value, np.nan)
     return Table('Measured over predicted effort without friction and bias: gain, correlation, '
-                 'and gain on single terms; – where the motion does not show it', 'joint', JOINTS,
+                 'and gain on single terms; – where the motion does not show it',
                  [Column(label, values, digits=2) for label, values in columns.items()])
 
 
 def recordings_table(evaluations: Sequence[Evaluation]) -> Table:
     """Return the RMS error of each recording."""
-    rms = np.array([evaluation.methods.get('lagrange_euler', NOTHING).rms
-                    for evaluation in evaluations])  # (n, 7)
-    return Table('RMS of e per recording [N m]; bars compare the recordings', 'recording',
-                 [evaluation.name for evaluation in evaluations],
-                 [Column('time [s]', np.array([e.duration for e in evaluations]), digits=1),
-                  *(Column(joint, column, whole=float(np.fmax.reduce(column)))
-                    for joint, column in zip(JOINTS, rms.T))], address='#recording-')
+    time = np.array([one.duration for one in evaluations])
+    rms = [one.methods.get('lagrange_euler', NOTHING).rms for one in evaluations]
+    return Table('RMS of e per recording [N m]; bars compare the recordings',
+                 [Column('time [s]', time, digits=1), *joint_columns(rms)], 'recording',
+                 [one.name for one in evaluations], address='#recording-')
 
 
 def _offset(of: Statistics) -> 'str | None':

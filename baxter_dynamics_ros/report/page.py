@@ -2,7 +2,7 @@
 
 import base64
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import groupby
+from itertools import compress, groupby
 import math
 from typing import Any, NamedTuple
 
@@ -35,10 +35,11 @@ def decimals(deviation: float) -> int:
     return min(max(1 - math.floor(math.log10(deviation)), 0), 6)
 
 
-def plus_minus(value: float, deviation: float) -> str:
-    """Return a number with its standard deviation."""
+def plus_minus(value: float, deviation: float, unit: str) -> str:
+    """Return a number with its standard deviation and unit."""
     digits = decimals(deviation)
-    return f'{number(value, digits)}\u00a0±\u00a0{number(deviation, digits)}'
+    text = f'{number(value, digits)} ± {number(deviation, digits)} {unit}'
+    return text.rstrip().replace(' ', '\u00a0')
 
 
 def change(before: float, after: float) -> str:
@@ -82,9 +83,9 @@ class Table(NamedTuple):
     """A table; the bars behind numbers compare columns or rows."""
 
     caption: str
-    corner: str  # heading of the rows' names
-    rows: Sequence[str]  # names
     columns: Sequence[Column]
+    corner: str = 'joint'  # heading of the rows' names
+    rows: Sequence[str] = JOINTS  # names
     foot: bool = False  # whether the last row is about the others
     address: str = ''  # of a row within the page, to which its number is added
 
@@ -95,14 +96,26 @@ class Table(NamedTuple):
                 for group, columns in groupby(self.columns, key=lambda column: column.group)]
 
 
+def joint_columns(values: Iterable[Array]) -> list[Column]:
+    """Return a column per joint, with bars that compare its rows, for values (n, 7)."""
+    return [Column(joint, column, whole=float(np.fmax.reduce(column)))
+            for joint, column in zip(JOINTS, np.transpose([*values]))]
+
+
+def compared(columns: Mapping[str, Array]) -> list[Column]:
+    """Return columns (n,) by label, with bars that compare the columns of a row."""
+    whole = np.max([*columns.values()], axis=0)
+    return [Column(label, values, whole=whole) for label, values in columns.items()]
+
+
 def findings(rules: Mapping[str, Callable[[Any], 'str | None']], of: Any) -> dict[str, str]:
     """Return the sentence of each rule that finds something in the results, by topic."""
     return {topic: text for topic, rule in rules.items() if (text := rule(of))}
 
 
-def listed(where: Iterable[Any], texts: Sequence[str] = JOINTS) -> str:
+def listed(where: Iterable[Any], texts: Iterable[str] = JOINTS) -> str:
     """Return the joints for which a condition holds, or their texts."""
-    return ', '.join(text for text, holds in zip(texts, where) if holds)
+    return ', '.join(compress(texts, where))
 
 
 def render(template: str, **context: Any) -> str:

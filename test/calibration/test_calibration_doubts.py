@@ -46,7 +46,7 @@ def test_velocity_lag_is_measured_and_adopted(lag):
     assert found.lag.uncertainty < 0.0005
     assert found.after.acceleration.velocity_lag == round(max(found.lag.value, 0.0), 4)
     assert found.before.acceleration.velocity_lag == found.after.acceleration.velocity_lag
-    assert (found.rms_after < 1.2 * LEAST).all()
+    assert (found.total.after < 1.2 * LEAST).all()
 
 
 def test_no_lag_without_velocities():
@@ -60,7 +60,7 @@ def test_no_lag_without_velocities():
 def test_one_recording_is_split_by_time():
     """Its laps may repeat, which a warning states."""
     found = calibrated('friction', ONLY, 1)
-    assert found.by_time
+    assert found.fold == 'part'
     assert [j.name for j in found.judged] == [f'motion 0, part {k}' for k in range(1, 6)]
     assert sum(j.duration for j in found.judged) == pytest.approx(23.8, abs=0.1)
     assert [line for line in warnings(found) if line.startswith('one recording: judged on each of '
@@ -74,7 +74,7 @@ def test_each_of_two_recordings_judges_the_other():
     other = other.pushed([np.eye(7)[2]] * len(other.states))
     found = calibrate([one.part(0, 25, name='nothing'), one, one.part(name='copy'), other],
                       only=ONLY)
-    assert not found.by_time
+    assert found.fold == 'recording'
     assert [judged.name for judged in found.judged] == ['motion 0', 'motion 1']
     assert 'nothing: 0.0 s of motion are too short: left out' in warnings(found)
     assert 'copy: holds the same data as motion 0: counted once' in warnings(found)
@@ -92,7 +92,7 @@ def test_a_large_offset_is_found_within_its_deviation():
     found = calibrate([record(truth, seed) for seed in range(2)], only=ONLY)
     (bias,) = [one for one in found.of_term('bias') if one.joint == 1]
     assert abs(bias.value - 34.0) < 3 * bias.deviation < 1.0
-    assert found.rms_after[1] < 1.1 * LEAST[1]
+    assert found.total.after[1] < 1.1 * LEAST[1]
 
 
 def test_contact_is_found_and_left_out():
@@ -104,8 +104,8 @@ def test_contact_is_found_and_left_out():
     assert contact.joint == 'e0' and not contact.at_stop and contact.recording == pressed.name
     assert contact.end - contact.start == pytest.approx(1.0, abs=0.2)
     assert abs(contact.peak) == pytest.approx(9.0, abs=1.0)
-    np.testing.assert_allclose(found.rms_after, clean.rms_after, rtol=0.05)
-    assert found.rms_with_contact[2] > 2 * found.rms_after[2]
+    np.testing.assert_allclose(found.total.after, clean.total.after, rtol=0.05)
+    assert found.total.with_contact[2] > 2 * found.total.after[2]
     np.testing.assert_allclose(found.after.effort_model.bias,
                                clean.after.effort_model.bias, atol=0.02)
 

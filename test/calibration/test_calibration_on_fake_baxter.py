@@ -86,6 +86,6 @@ def test_prediction_is_as_good_as_with_the_truth(found, recorded):
     motion = observe(recorded, found.after)
     fitted, true = (rms(residual(motion, settings)) for settings in (found.after, TRUTH))
     assert (fitted < 1.05 * true + 0.002).all()
-    assert (found.rms_after < 1.15 * true + 0.005).all()
-    assert (found.rms_before > 3.0 * found.rms_after).all()
+    assert (found.total.after < 1.15 * true + 0.005).all()
+    assert (found.total.before > 3.0 * found.total.after).all()
     assert found.lag.value == pytest.approx(0.0135, abs=0.0005)

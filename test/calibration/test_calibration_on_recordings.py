@@ -87,13 +87,13 @@ def left_over(settings, recordings, contact=True):
                          ids=['effort model', 'links'])
 def test_eight_tracking_recordings_predict_the_other_four(load, fitted, inertial, limit):
     found, others = fitted(inertial), load('left_arm_tracking')[1::3]
-    assert len(found.judged) == 8 and not found.by_time
+    assert len(found.judged) == 8 and found.fold == 'recording'
     assert not {one.name for one in others} & {judged.name for judged in found.judged}
     left = left_over(found.after, others)
     assert (left < limit).all()
-    assert (left < found.rms_before).all()
+    assert (left < found.total.before).all()
     # Cross-validation predicts the error on other recordings.
-    assert (found.rms_after < 1.5 * left).all() and (left < 1.5 * found.rms_after).all()
+    assert (found.total.after < 1.5 * left).all() and (left < 1.5 * found.total.after).all()
 
 
 def test_expected_deviation_covers_other_recordings(load, fitted):

@@ -65,11 +65,11 @@ def test_absent_terms_are_not_fitted():
 
 def test_left_out_residual_is_noise():
     found = calibrated('friction')
-    assert (found.rms_after < LEAST).all()
-    assert (found.rms_before > 2.0 * found.rms_after).all()
-    np.testing.assert_allclose(found.steps[0].rms, found.rms_before, rtol=0.05)
+    assert (found.total.after < LEAST).all()
+    assert (found.total.before > 2.0 * found.total.after).all()
+    np.testing.assert_allclose(found.steps[0].rms, found.total.before, rtol=0.05)
     assert found.samples == sum(len(r.states) - 21 for r in recordings('friction'))
-    assert found.duration == pytest.approx(0.01 * (found.samples - 2), rel=1e-3)
+    assert found.total.duration == pytest.approx(0.01 * (found.samples - 2), rel=1e-3)
     for judged, one in zip(found.judged, recordings('friction')):
         left = rms(residual(observe(one, found.after), found.after))
         np.testing.assert_allclose(judged.after, left, rtol=0.05)
@@ -153,7 +153,7 @@ def test_a_wrong_calibration_is_corrected():
              'effort_model.viscous': (0.5,) * 7, 'arm': 'left'}
     found = calibrate(recordings('friction'), PredictorSettings.from_parameters(wrong))
     assert (found.before.effort_model.bias == 1.0).all() and found.before.arm == 'right'
-    assert (found.rms_after < 1.1 * calibrated('friction').rms_after).all()
+    assert (found.total.after < 1.1 * calibrated('friction').total.after).all()
     assert found.after.effort_model.dahl_length == 0.02
     for name in ('coulomb', 'dahl', 'viscous'):
         true = FRICTION.get(f'effort_model.{name}', (0.0,) * 7)
@@ -169,7 +169,7 @@ def test_links_are_found_as_far_as_the_motion_shows_them():
     found = calibrate([record(truth, seed, 24.0) for seed in range(2)],
                       only=('bias', 'coulomb', 'tilt'), inertial=True)
     assert_true_within_uncertainty(found, truth)
-    assert (found.rms_after < LEAST).all()
+    assert (found.total.after < LEAST).all()
     assert len(found.of_term('inertial')) == 28
     left = residual(observe(record(truth, 9), found.after), found.after)
     assert (rms(left) < 1.2 * LEAST).all()

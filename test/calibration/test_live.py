@@ -26,8 +26,8 @@ def test_process_calibrates_as_the_command_does(tmp_path):
     assert found.better and wanted.better
     assert found.message == wanted.summary
     assert found.notices == list(map(str, wanted.notices))
-    assert found.rms_before == wanted.rms_before.tolist()
-    assert found.rms_after == wanted.rms_after.tolist()
+    assert found.rms_before == wanted.total.before.tolist()
+    assert found.rms_after == wanted.total.after.tolist()
     before, after = wanted.before.parameters(), wanted.after.parameters()
     assert found.values == {name: value for name, value in after.items()
                             if value != before[name]}

@@ -57,16 +57,16 @@ def calibration():
         Fitted('dahl', 1, '', 'N m', 0.0, 1.5, 0.0071),
         Fitted('tilt', None, 'x', 'm/s^2', 0.0, 0.171, 0.0171),
         Fitted('tilt', None, 'y', 'm/s^2', 0.0, -0.0856, 0.0342)]
-    judged = [Judged('varied', 30.0, BEFORE, 0.5 * BEFORE),
-              Judged('laps', 10.0, BEFORE, BEFORE * [0.25, 0.5, 1.5, 0.5, 0.5, 0.5, 0.5])]
+    judged = [Judged('varied', 30.0, BEFORE, *2 * [0.5 * BEFORE]), Judged(
+        'laps', 10.0, BEFORE, *2 * [BEFORE * [0.25, 0.5, 1.5, 0.5, 0.5, 0.5, 0.5]])]
     before = PredictorSettings(arm='left')
     return Calibration(
-        arm='left', before=before, after=before.replace(changes), parameters=parameters,
-        steps=steps, judged=judged, by_time=False,
+        before=before, after=before.replace(changes), parameters=parameters, steps=steps,
+        judged=judged, fold='recording',
         lag=Lag(0.0133, 3e-5, np.array([0.0133] * 5 + [0.02, np.nan])),
         contacts=[], notices=(Notice(
             'unidentifiable', 'e1: the motion does not show stiffness: as before', ('e1',)),),
-        samples=4000, duration=40.0, s1_range=(-1.1, 0.35))
+        samples=4000, s1_range=(-1.1, 0.35))
 
 
 @pytest.fixture(scope='session')
@@ -76,7 +76,7 @@ def calibration_page(calibration, tmp_path_factory):
     path = tmp_path_factory.mktemp('calibration') / 'my robot.html'
     path.write_text('old')
     names = [HOSTILE, 'a_name_without_a_place_to_break_' * 5, *(f'run {i}' for i in range(28))]
-    judged = [Judged(name, 1.0, one.before, one.after)
+    judged = [one._replace(name=name, duration=1.0)
               for name, one in zip(names, 15 * calibration.judged)]
     notices = [Notice('repeated_stamp', '3 x repeated_stamp: <look>', recording=name)
                for name in names[:20]]

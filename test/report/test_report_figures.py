@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
 pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
 
-from baxter_dynamics_ros.report import calibration_figures, drawing  # noqa: E402, I100
+from baxter_dynamics_ros.report import calibration_contents, drawing  # noqa: E402, I100
 from baxter_dynamics_ros.report.evaluation_report import effort_picture  # noqa: E402
 
 
@@ -46,7 +46,7 @@ def extent(path, axis=1):
 @pytest.mark.parametrize('kind', ['effort', 'gain', 'parameters', 'spring'])
 def test_figures_stand_alone_and_follow_the_dark_mode(draw, calibration, kind):
     picture = draw() if kind == 'effort' else getattr(
-        calibration_figures, f'{kind}_picture')(calibration)
+        calibration_contents, f'{kind}_picture')(calibration)
     root = ElementTree.fromstring(picture.svg)
     assert root.tag == '{http://www.w3.org/2000/svg}svg' and picture.description
     addresses = [value for element in root.iter() for name, value in element.attrib.items()
@@ -77,7 +77,7 @@ def test_a_sample_between_two_gaps_is_a_dot(draw):
 
 
 def test_joints_that_were_not_fitted_are_crosses(calibration):
-    svg = calibration_figures.parameters_picture(calibration).svg.decode()
+    svg = calibration_contents.parameters_picture(calibration).svg.decode()
     assert len(re.findall(f'<use [^>]*fill: {drawing.FAINT}', svg)) == 5 + 1  # and in the legend
 
 
@@ -105,10 +105,10 @@ def test_rounding_errors_are_not_enlarged(draw):
 
 
 def test_spring_is_shaded_where_it_was_measured(calibration):
-    svg = calibration_figures.spring_picture(calibration).svg.decode()
+    svg = calibration_contents.spring_picture(calibration).svg.decode()
     panels, shaded = (re.findall(rf'<path d="([^"]*)"[^>]*style="fill: {color}', svg)
                       for color in ('#ffffff', drawing.SHADE))
     for panel, shade in zip(panels[1:], shaded[:2]):
         assert extent(shade, 0) / extent(panel, 0) == pytest.approx(1.45 / 2.9, abs=0.01)
     off = calibration.after.replace({'effort_model.enabled': False})
-    assert calibration_figures.spring_picture(replace(calibration, before=off, after=off)) is None
+    assert calibration_contents.spring_picture(replace(calibration, before=off, after=off)) is None

@@ -20,8 +20,8 @@ from report.pages import HOSTILE, Page
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
 pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
 
-from baxter_dynamics_ros.report import calibration_report, evaluation_report  # noqa: E402, I100
-from baxter_dynamics_ros.report import calibration_tables as tables  # noqa: E402
+from baxter_dynamics_ros.report import calibration_contents as contents  # noqa: E402, I100
+from baxter_dynamics_ros.report import calibration_report, evaluation_report  # noqa: E402
 from baxter_dynamics_ros.report.page import change, findings, number  # noqa: E402
 
 SHOWN = HOSTILE.replace('\udcff', '?')
@@ -31,10 +31,9 @@ SHOWN = HOSTILE.replace('\udcff', '?')
 def nothing_kept(calibration):
     """Return a calibration of a perfect model: no term is kept, one recording, no spring."""
     off = calibration.before.replace({'effort_model.enabled': False})
-    return replace(calibration, before=off, after=off, parameters=[], notices=(), by_time=True,
+    return replace(calibration, before=off, after=off, parameters=[], notices=(), fold='part',
                    steps=[Selection(term, (), np.zeros(7)) for term in ('', 'bias')], lag=None,
-                   judged=[Judged(f'run, part {i}', 5.0, np.zeros(7), np.zeros(7))
-                           for i in range(5)])
+                   judged=[Judged(f'run, part {i}', 5.0, *np.zeros((3, 7))) for i in range(5)])
 
 
 @pytest.fixture(scope='module')
@@ -59,11 +58,11 @@ def test_pages_fetch_nothing_and_escape_names(pages, kind):
 
 @pytest.mark.parametrize('kind, figures, words', [
     ('rich', {'gain', 'parameters', 'spring'}, [
-        'Left arm of a Baxter robot · 30 recordings · 40.0 s · 4,000 samples · 39 parameters',
+        'Left arm of a Baxter robot · 30 recordings · 30.0 s · 4,000 samples · 39 parameters',
         "torque_predictor --ros-args --params-file 'my robot.yaml'",
         "baxter_dynamics evaluate BAG --params 'my robot.yaml'",
         '22 warnings s1 sweeps w2: never moves =<script>']),
-    ('poor', {'gain'}, ['1 recording in 5 parts · 40.0 s ·', '0 parameters', 'No warnings',
+    ('poor', {'gain'}, ['1 recording in 5 parts · 25.0 s ·', '0 parameters', 'No warnings',
                         '--params-file their.yml', 'No parameter was fitted',
                         'Each part, left out of the fit'])])
 def test_contents_of_the_calibration_page(pages, kind, figures, words):
@@ -85,7 +84,7 @@ def test_tables_of_the_calibration_page(pages):
     rows = pages['rich'].table('RMS of the residual [N m] on each recording')
     assert len(rows) == 2 + 30 + 1
     assert rows[SHOWN][:3] == ['1', '1.000', '0.500']
-    assert rows['together'][:2] == ['40', '1.000']
+    assert rows['together'][:2] == ['30', '1.000']
     rows = pages['rich'].table('Fitted parameters')
     assert rows['gravity y'] == ['0', '−0.086', '0.034', '−2.5', 'm/s²']
     assert rows['bias s0'] == ['0', '0.50', '0.10', '5.0', 'N m'] and 'links mass' not in rows
@@ -96,11 +95,11 @@ def test_tables_of_the_calibration_page(pages):
 
 def test_means_over_recordings_and_names_of_parameters(calibration):
     # e0: (30 (0.8 / 2)^2 + 10 (0.8 1.5)^2) / 40 = 0.48
-    column = {column.label: column for column in tables.gain_table(calibration).columns}
+    column = {column.label: column for column in contents.gain_table(calibration).columns}
     assert [column[name].text(2) for name in ('after', 'best', 'worst')] == [
         '0.693', '0.400', '1.200']
     shared = Fitted('crosstalk', 3, 'of e0', '-', 0.0, -0.037, 0.002)
-    assert tables.parameter_name(shared) == 'crosstalk at e1 of e0'
+    assert contents.parameter_name(shared) == 'crosstalk at e1 of e0'
 
 
 def test_findings_of_a_calibration(calibration):
@@ -137,7 +136,7 @@ def test_findings_of_other_calibrations(calibration, nothing_kept):
     assert 'the parts are alike' in found['Cross-validation']
     contact = Contact('e0', 123.3, 124.4, 8.1, True, 'laps')
     judged = [calibration.judged[0],
-              replace(calibration.judged[1], with_contact=2.0 * calibration.judged[1].after)]
+              calibration.judged[1]._replace(with_contact=2.0 * calibration.judged[1].after)]
     assert sentences(calibration_report, replace(calibration, contacts=[contact], judged=judged))[
         'Contact'] == (
         'e0 at its stop, 8 N m, from 123.3 to 124.4 s of laps. It is left out of the fit and of '
@@ -150,7 +149,7 @@ def test_findings_of_other_calibrations(calibration, nothing_kept):
     ((1.2,) * 6 + (30.0,), 'w2 × 30. Keep your present parameters.'),
     ((1.0,) * 7, 'unchanged at every joint.')])
 def test_improvement(calibration, factors, text):
-    judged = [replace(one, after=one.before * factors) for one in calibration.judged]
+    judged = [one._replace(after=one.before * factors) for one in calibration.judged]
     assert sentences(calibration_report, replace(calibration, judged=judged))[
         'Improvement'].endswith(text)
 
