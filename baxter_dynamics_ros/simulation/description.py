@@ -1,18 +1,76 @@
-"""The manufacturer's robot description, reduced to one arm."""
+"""The manufacturer's robot description: a Baxter's URDF, and one arm of it."""
 
 from pathlib import Path
 import sys
 import xml.etree.ElementTree as ET
 
+import numpy as np
+
+from ..model.arrays import Array, ArrayLike
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import joint_names
 from ..model.parameters import Payload
 
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'hpp-baxter', 'urdf', 'baxter.urdf')
+_ELEMENTS = {'ixx': (0, 0), 'ixy': (0, 1), 'ixz': (0, 2), 'iyy': (1, 1), 'iyz': (1, 2),
+             'izz': (2, 2)}
 
 
 class DescriptionError(BaxterDynamicsError):
     """The robot description is missing or is not a Baxter's."""
+
+
+class Description:
+    """
+    A robot's URDF without the gripper of one arm: what moves beyond the hand, or is named so.
+
+    By default the file is that of PyPI's ``hpp-baxter``. Raises DescriptionError if it cannot be
+    read or lacks one of the arm's joints.
+    """
+
+    def __init__(self, side: str, path: str | Path | None = None) -> None:
+        path = path or find_description()
+        try:
+            self.root = ET.parse(path).getroot()
+        except (OSError, ET.ParseError) as error:
+            raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
+        joints = {joint.get('name'): joint for joint in self.root.findall('joint')}
+        links = {link.get('name'): link for link in self.root.findall('link')}
+        for name in joint_names(side):
+            if name not in joints:
+                raise DescriptionError(f"{path}: no joint {name}; is it a Baxter's URDF?")
+        # The links at the ends of each joint.
+        self.parent: dict[ET.Element, ET.Element] = {}
+        self.child: dict[ET.Element, ET.Element] = {}
+        for joint in joints.values():
+            for end, found in (('parent', self.parent), ('child', self.child)):
+                link = links.get(getattr(joint.find(end), 'attrib', {}).get('link'))
+                if link is None:
+                    raise DescriptionError(f'{path}: joint {joint.get("name")} has no {end} link')
+                found[joint] = link
+        self.joints = [joints[name] for name in joint_names(side)]
+        self.carried = self._beyond(self.joints[0])  # s0 and all joints beyond it
+        self._remove_gripper()
+
+    def above(self, joint: ET.Element) -> list[ET.Element]:
+        """Return the joints from the root to a joint, without the joint itself."""
+        return [further for other, link in self.child.items() if link is self.parent[joint]
+                for further in (*self.above(other), other)]
+
+    def _beyond(self, joint: ET.Element) -> list[ET.Element]:
+        return [joint, *(further for other, link in self.parent.items()
+                         if link is self.child[joint] for further in self._beyond(other))]
+
+    def _remove_gripper(self) -> None:
+        gripper: set[ET.Element] = set()
+        for joint in set(self.carried).difference(self.joints):
+            if joint.get('type') != 'fixed' or 'gripper' in self.child[joint].get('name', ''):
+                for beyond in self._beyond(joint):
+                    gripper |= {beyond, self.child[beyond]}
+        names = {element.get('name') for element in gripper}
+        self.carried = [joint for joint in self.carried if joint not in gripper]
+        self.root[:] = [element for element in self.root if element not in gripper
+                        and element.get('reference', '') not in names]
 
 
 def find_description() -> Path:
@@ -32,31 +90,25 @@ def arm_description(side: str, path: str | Path | None = None,
 
     Geometry, the other arm, the head and the gripper are removed. The rest is the arm that the
     paper's tables describe, with independent numbers. A payload becomes a link fixed to the hand.
-    The path is that of the robot's URDF; :func:`find_description` by default. Raises
-    DescriptionError if the file cannot be read or lacks one of the arm's joints or its hand.
+    Raises DescriptionError as :class:`Description` does, or if there is no hand.
     """
-    path = Path(path) if path else find_description()
-    try:
-        robot = ET.parse(path).getroot()
-    except (OSError, ET.ParseError) as error:
-        raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
-    joints = {joint.get('name', ''): joint for joint in robot.findall('joint')}
-    for name in joint_names(side):
-        if name not in joints:
-            raise DescriptionError(f"{path}: no joint {name}; is it a Baxter's URDF?")
-    keep = _links_of_arm(joints, joint_names(side))
-    hand = next((name for name in hand_names(side) if name in keep), None)
+    robot = Description(side, path)
+    joints = [*robot.above(robot.joints[0]), *robot.carried]
+    links = [robot.parent[joints[0]], *(robot.child[joint] for joint in joints)]
+    hand = next((link for link in links if link.get('name') in hand_names(side)), None)
     if hand is None:
-        raise DescriptionError(f'{path}: no link {hand_names(side)[0]}')
-    for element in list(robot):
-        link = _link(element, 'child') if element.tag == 'joint' else element.get('name')
-        if element.tag not in ('joint', 'link') or link not in keep:
-            robot.remove(element)
-        for shape in element.findall('visual') + element.findall('collision'):
-            element.remove(shape)
+        raise DescriptionError(f'no link {hand_names(side)[0]} in the robot description')
+    robot.root[:] = [element for element in robot.root if element in {*joints, *links}]
+    for link in links:
+        for shape in link.findall('visual') + link.findall('collision'):
+            link.remove(shape)
     if payload is not None and payload.mass > 0.0:
-        robot.extend(_load(hand, payload))
-    return ET.tostring(robot, encoding='unicode')
+        load = ET.SubElement(robot.root, 'link', name='payload')
+        add_inertia(load, payload.mass, payload.center_of_mass, payload.inertia_tensor)
+        joint = ET.SubElement(robot.root, 'joint', name='payload', type='fixed')
+        ET.SubElement(joint, 'parent', link=hand.get('name', ''))
+        ET.SubElement(joint, 'child', link='payload')
+    return ET.tostring(robot.root, encoding='unicode')
 
 
 def hand_names(side: str) -> tuple[str, str]:
@@ -64,40 +116,15 @@ def hand_names(side: str) -> tuple[str, str]:
     return f'{side}_hand', f'{side}_hand_link'
 
 
-def _load(hand: str, payload: Payload) -> ET.Element:
-    """Return the link and the joint that fix a payload to the hand."""
-    numbers = dict(zip(('ixx', 'iyy', 'izz', 'ixy', 'iyz', 'ixz'), map(repr, payload.inertia)))
-    inertia = ' '.join(f'{name}="{value}"' for name, value in numbers.items())
-    center = ' '.join(map(repr, payload.center_of_mass))
-    return ET.fromstring(
-        f'<robot><link name="payload"><inertial><origin xyz="{center}"/>'
-        f'<mass value="{payload.mass!r}"/><inertia {inertia}/></inertial></link>'
-        f'<joint name="payload" type="fixed"><parent link="{hand}"/><child link="payload"/>'
-        '</joint></robot>')
+def add_inertia(link: ET.Element, mass: ArrayLike, center: ArrayLike, inertia: Array) -> None:
+    """Add mass, centre of mass (3,) and inertia about it (3, 3) to a link."""
+    inertial = ET.SubElement(link, 'inertial')
+    ET.SubElement(inertial, 'origin', xyz=numbers(center), rpy='0 0 0')
+    ET.SubElement(inertial, 'mass', value=numbers(mass))
+    ET.SubElement(inertial, 'inertia', {name: numbers(inertia[place])
+                                        for name, place in _ELEMENTS.items()})
 
 
-def _links_of_arm(joints: dict[str, ET.Element], arm: tuple[str, ...]) -> set[str]:
-    """Return the links from the root to the wrist, with links fixed to the arm but no gripper."""
-    parents = {_link(joint, 'child'): joint for joint in joints.values()}
-
-    def is_of_arm(link: str) -> bool:
-        joint = parents.get(link)
-        if joint is None or joint.get('name') in arm:
-            return joint is not None
-        return (joint.get('type') == 'fixed' and 'gripper' not in link
-                and is_of_arm(_link(joint, 'parent')))
-
-    links = set(filter(is_of_arm, parents))
-    link = _link(joints[arm[0]], 'parent')
-    while link in parents:
-        links.add(link)
-        link = _link(parents[link], 'parent')
-    return links | {link}
-
-
-def _link(joint: ET.Element, end: str) -> str:
-    """Return the link at an end of a joint, 'parent' or 'child'."""
-    element = joint.find(end)
-    if element is None or not element.get('link'):
-        raise DescriptionError(f'joint {joint.get("name")} of the description: no {end} link')
-    return element.get('link', '')
+def numbers(values: ArrayLike) -> str:
+    """Return numbers as the text of an attribute."""
+    return ' '.join(repr(float(value)) for value in np.ravel(values))
