@@ -89,8 +89,9 @@ print(json.dumps([importlib.metadata.requires('{NAME}'), b.__file__, b.BaxterArm
     assert any(re.match('pytest==.*extra == .test', line) for line in requirements)
     assert '/site/' in file and engine == 'python'
     np.testing.assert_allclose(gravity, BaxterArm().gravity([0.0] * 7), rtol=1e-12)
-    exported = installed('site/bin/baxter_dynamics', 'export', 'c', '-o', 'closed_form')
-    assert (exported.returncode, exported.stderr) == (0, '')
+    for language in ('c', 'latex'):
+        exported = installed('site/bin/baxter_dynamics', 'export', language, '-o', language)
+        assert (exported.returncode, exported.stderr) == (0, '')
 
 
 def test_with_a_compiler_the_extension_is_built():

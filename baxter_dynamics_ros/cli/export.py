@@ -10,13 +10,13 @@ from .options import add_parameters, output_folder, read_settings
 from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
-from ..export import latex, matlab, sources, urdf
-from ..export.base_table import base_table
-from ..export.common import MARK
+from ..export import latex, sources, urdf
+from ..export.parameters import base_table
+from ..export.sources import MARK
 from ..files import write_files
 from ..model.exceptions import BaxterDynamicsError
 
-_LANGUAGES = {'c': sources.c_files, 'python': sources.python_files, 'matlab': matlab.files,
+_LANGUAGES = {'c': sources.c_files, 'python': sources.python_files, 'matlab': sources.matlab_files,
               'latex': latex.files}
 DESCRIPTION = (
     'Write the dynamics of the arm in another language, as standalone files that describe their '

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from .common import head
+from .sources import head
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
 from ..model.effort import EffortModel

@@ -9,9 +9,8 @@ import subprocess
 import sys
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
-from baxter_dynamics_ros.export import latex, matlab, sources
-from baxter_dynamics_ros.export.base_table import base_table, composition
-from baxter_dynamics_ros.export.common import parameters
+from baxter_dynamics_ros.export import latex, sources
+from baxter_dynamics_ros.export.parameters import base_table, composition, parameters
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 from baxter_dynamics_ros.model.base_parameters import base_parameters, TILTED_NAMES
 import numpy as np
@@ -107,7 +106,7 @@ def test_c_for_one_state_and_for_batches(export, run, tmp_path, states, check):
 
 
 def test_matlab_in_octave(export, run, tmp_path, states, check):
-    export(matlab.files)
+    export(sources.matlab_files)
     np.concatenate(list(states.values()), 1).tofile(tmp_path / 'states')
     lines = ["x = fread(fopen('states'), [28, Inf], 'double'); file = fopen('results', 'w');",
              'q = x(1:7, :); qd = x(8:14, :); qdd = x(15:21, :); tau = x(22:28, :);']

@@ -7,7 +7,8 @@ from pathlib import Path
 from string import Template
 from textwrap import fill, indent, wrap
 
-from baxter_dynamics_ros.export.common import LABELS, meaning
+from baxter_dynamics_ros.export.parameters import meaning
+from baxter_dynamics_ros.export.sources import LABELS
 
 from .derivation import program_of
 from .program import Program, Value, Writer
