@@ -11,7 +11,7 @@ import numpy as np
 from .calibration_results import Fitted
 from .fit_data import Motion
 from ..estimation.settings import PredictorSettings, SETTINGS
-from ..model.arm import BaxterArm
+from ..model.arm import BaxterArm, with_gravity
 from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS, S1
@@ -51,12 +51,9 @@ class Sample:
     @cached_property
     def horizontal_gravity(self) -> Array:
         """Torques per unit of gravity along the base's x and y, its size kept, (n, 7, 2)."""
-        arm = self.arm
-        x, y, z = arm.gravity_vector
-        return np.stack([
-            BaxterArm(payload=arm.payload, gravity=direction, mount=arm.mount,
-                      parameters=arm.parameters).gravity(self.motion.q)
-            for direction in ((1.0, 0.0, -x / z), (0.0, 1.0, -y / z))], axis=-1)
+        x, y, z = self.arm.gravity_vector
+        return np.stack([with_gravity(self.arm, direction).gravity(self.motion.q)
+                         for direction in ((1.0, 0.0, -x / z), (0.0, 1.0, -y / z))], axis=-1)
 
 
 class Term(ABC):

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .predictor import Prediction
-from ..model.arm import BaxterArm
+from ..model.arm import BaxterArm, with_gravity
 from ..model.arrays import Array
 from ..model.base_parameters import fixed_to_link
 from ..model.effort import EffortModel
-from ..model.joints import JOINTS, N_JOINTS, POSITION_LOWER, POSITION_UPPER
+from ..model.joints import JOINTS, N_JOINTS, stops
 from ..model.paper_tables import GRAVITY
 
 WINDOW = 10.0  # duration of the residuals explained together [s]
@@ -31,7 +31,6 @@ _MOVED = 0.25  # change of a joint after which a sample counts as independent [r
 _ODDS = 5.0  # logarithm of the odds against a model without the term
 _SIGNIFICANT = 3.3  # standard deviations
 _SHARE = 0.7  # of the squared residual that an explanation must account for
-_STOP = 0.05  # distance from a joint's limit at which it may be at its stop [rad]
 _REACH = 0.3  # largest coordinate of a payload's centre in the hand frame [m]
 _CENTER = 0.1  # standard deviation of the prior of each coordinate [m]
 _FRICTION = range(6, 13)  # columns
@@ -95,9 +94,7 @@ class ResidualExplainer:
         for i, unit in enumerate(units):
             unit[i, 3] = unit[3, i] = 1.0
         self._units = fixed_to_link(arm.parameters, N_JOINTS - 1, units).T
-        self._horizontal = [
-            BaxterArm(payload=arm.payload, gravity=axis, mount=arm.mount,
-                      parameters=arm.parameters) for axis in np.eye(3)[:2]]
+        self._horizontal = [with_gravity(arm, axis) for axis in np.eye(3)[:2]]
         self.reset()
 
     def reset(self) -> None:
@@ -253,9 +250,7 @@ def _statement(name: str, fit: _Fit, columns: list[int]) -> Explained:
 def _joint_stop(samples: list[_Sample]) -> 'Explained | None':
     """Return the joint that presses on its stop, if one does."""
     q, residual, deviation = np.mean([sample[2:5] for sample in samples], axis=0)
-    # The motor presses towards the stop, beyond what the model needs.
-    pressing = np.where(q > POSITION_UPPER - _STOP, residual, 0.0) - np.where(
-        q < POSITION_LOWER + _STOP, residual, 0.0)
+    pressing = stops(q) * residual  # the motor presses towards the stop
     i = int(np.argmax(pressing / deviation))
     joint, torque, sd = JOINTS[i], float(pressing[i]), float(deviation[i])
     if torque < _SIGNIFICANT * sd:

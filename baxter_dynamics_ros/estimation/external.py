@@ -13,9 +13,10 @@ import numpy as np
 
 from .contact import ContactDetector
 from .continuity import GAP
-from .motion_estimator import DahlState, Motion
+from .motion_estimator import Motion
 from .settings import ArmModel, ContactSettings, PredictorSettings
 from ..model.arrays import Array, Bools
+from ..model.effort import Presliding
 from ..model.joints import N_JOINTS
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
@@ -64,7 +65,7 @@ class ExternalEffort:
         self._observer = MomentumObserver(settings.external_effort.gain)
         self.detector = ContactDetector(contact_settings(settings), self._observer.settling_time)
         self._model = settings.model
-        self._dahl = DahlState(self._model.effort_model)
+        self._dahl = Presliding(self._model.effort_model.presliding_length)
         self._rate = 0.0  # sample rate [Hz]; zero while unknown
         # Time since the stream began [s], q, qd and measured effort of the newest estimate.
         self._last: tuple[float, Array, Array, Array] | None = None
@@ -93,7 +94,7 @@ class ExternalEffort:
         if contact != self.detector.settings:
             self.detector.configure(contact)
         before, self._model = self._model, model
-        self._dahl.change_model(model.effort_model)
+        self._dahl.change_length(model.effort_model.presliding_length)
         if self._last is not None:
             (old_momentum, old_rate), (momentum, rate) = (
                 self._balance(each, *self._last[1:]) for each in (before, model))
@@ -135,10 +136,6 @@ class ExternalEffort:
         momentum, coriolis, gravity = model.momentum_terms(q, qd)
         torque = model.effort_model.torque(measured, q, qd, self._dahl.z)
         return momentum, torque + coriolis - gravity
-
-    def wrench(self, external: External) -> 'HandWrench | None':
-        """Return the hand wrench that best explains tau_ext, or None near a singularity."""
-        return hand_wrench(self._model.arm.jacobian(external.q), external.effort)
 
 
 class MomentumObserver:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,14 +17,6 @@ PLAUSIBLE_EFFORT = 1000.0  # [N m]
 _BOUNDS = np.array([[PLAUSIBLE_POSITION], [PLAUSIBLE_VELOCITY], [PLAUSIBLE_EFFORT]]).repeat(
     N_JOINTS, axis=1)
 _MEMORY = 64  # message layouts remembered
-
-
-class Reading(NamedTuple):
-    """One arm's values in a joint state; read-only arrays (7,) in joint order."""
-
-    q: Array  # position [rad]
-    qd: 'Array | None'  # velocity [rad/s]; None if missing or NaN
-    effort: 'Array | None'  # [N m]; None if missing or NaN
 
 
 class JointSelector:
@@ -53,13 +44,13 @@ class JointSelector:
         return np.array([names.index(name) for name in self.names])
 
     def read(self, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array) -> Reading | Event:
+             effort: Array) -> tuple[Array, Array | None, Array | None] | Event:
         """
-        Return the arm's position, velocity and effort, or the reason why they cannot be used.
+        Return position, velocity and effort, read-only (7,), or why they cannot be used.
 
         The arrays are as long as names; velocity and effort may be empty. NaN means "not
-        available": a velocity or effort that contains NaN is treated as missing. Values of other
-        joints are ignored.
+        available": a velocity or effort that is empty or contains NaN is returned as None. Values
+        of other joints are ignored.
         """
         layout = self.layout(names)
         if isinstance(layout, Event):
@@ -83,5 +74,5 @@ class JointSelector:
             has_velocity &= not np.isnan(sample[1]).any()
             has_effort &= not np.isnan(sample[2]).any()
         sample.setflags(write=False)
-        return Reading(sample[0], sample[1] if has_velocity else None,
-                       sample[2] if has_effort else None)
+        return (sample[0], sample[1] if has_velocity else None,
+                sample[2] if has_effort else None)

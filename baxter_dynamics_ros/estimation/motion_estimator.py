@@ -10,7 +10,7 @@ import numpy as np
 from .continuity import SHORTEST_PERIOD
 from .settings import MATCHED, PredictorSettings
 from ..model.arrays import Array
-from ..model.effort import EffortModel, Presliding
+from ..model.effort import Presliding
 
 _DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
 _RETENTION = 0.7  # longer than the largest configurable delay [s]
@@ -54,7 +54,7 @@ class MotionEstimator:
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
-        self.dahl = DahlState(settings.model.effort_model)
+        self.dahl = Presliding(settings.model.effort_model.presliding_length)
         self.configure(settings)
         self.reset()
 
@@ -116,24 +116,6 @@ class MotionEstimator:
                 settled = self._effort.runs_for(t, self.settling_time)
                 effort = self._effort.value if settled else None
         return Estimate(stamp_ns - round(delay * 1e9), q, qd, qdd, effort, self.dahl.update(q))
-
-
-class DahlState(Presliding):
-    """Dahl's state of a moving arm, followed as long as a joint has Dahl friction."""
-
-    def __init__(self, model: EffortModel) -> None:
-        super().__init__(model.dahl_length)
-        self._is_used = model.has_dahl
-
-    def change_model(self, model: EffortModel) -> None:
-        """Change the model of friction; the state stays if it was followed."""
-        if not self._is_used:
-            self.reset()
-        self.length, self._is_used = model.dahl_length, model.has_dahl
-
-    def update(self, q: Array) -> Array:
-        """Advance to q (7,) [rad] and return z (7,)."""
-        return super().update(q) if self._is_used else self.z
 
 
 class ButterworthDerivative:

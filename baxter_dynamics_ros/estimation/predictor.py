@@ -59,21 +59,9 @@ class Predictor:
 
     The node and the evaluation of recordings share this class; it uses neither ROS nor any clock
     other than the stamps. :meth:`handle` combines :meth:`estimate`, which processes messages in
-    order, with :meth:`predict`, which has no state and also accepts a batch of estimates.
-
-    Parameters
-    ----------
-    settings : PredictorSettings
-        Settings of the arm.
-    external : bool
-        Whether to estimate the external torque.
-
-    Attributes
-    ----------
-    counts : Counter
-        Counts of the stream (each :class:`Event`, 'received', 'taken'), plus 'predicted' and
-        'external': messages with an estimate and with an external torque.
-
+    order, with :meth:`predict`, which has no state and also accepts a batch of estimates. The
+    external torque is estimated if ``external`` is true. ``counts`` adds to the counts of the
+    stream 'predicted' and 'external': messages with an estimate and with an external torque.
     """
 
     def __init__(self, settings: PredictorSettings, external: bool = False) -> None:
@@ -94,7 +82,7 @@ class Predictor:
         model = 'method', 'effort_model', 'gravity', 'base', 'payload', 'links'
         if changed(*model):
             self.model = settings.model
-            self.estimator.dahl.change_model(self.model.effort_model)
+            self.estimator.dahl.change_length(self.model.effort_model.presliding_length)
         if changed('align', 'acceleration', 'effort_band'):
             self.estimator.configure(settings)
         if changed('stamps'):
@@ -126,12 +114,6 @@ class Predictor:
             Time of receipt [ns]. It replaces zero stamps, and all stamps if the setting ``stamps``
             is 'receipt', or 'auto' and the header stamps stand still.
 
-        Returns
-        -------
-        Step
-            The instant of the prediction is the header or re-timed stamp minus the delay of the
-            estimator.
-
         """
         step = self.estimate(stamp_ns, names, position, velocity, effort, received_ns)
         if step.estimate is None:
@@ -141,12 +123,12 @@ class Predictor:
     def estimate(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
                  effort: Array, received_ns: 'int | None' = None) -> Step:
         """Process a joint state, as :meth:`handle` does, without predicting its effort."""
-        found = self.stream.take(stamp_ns, names, position, velocity, effort, received_ns)
-        if isinstance(found, Event):
-            return Step(dropped=found)
-        if isinstance(found, State):  # the period of re-timed stamps is not known yet
-            return Step(begins=True, state=found)
-        state, dt, begins = found
+        state = self.stream.take(stamp_ns, names, position, velocity, effort, received_ns)
+        if isinstance(state, Event):
+            return Step(dropped=state)
+        dt, begins = state.dt, state.begins
+        if dt is None:
+            return Step(None, begins, state)
         if begins:
             self.estimator.reset()
             if self.external is not None:

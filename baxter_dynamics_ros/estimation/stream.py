@@ -19,14 +19,9 @@ class State(NamedTuple):
     qd: 'Array | None'  # [rad/s]; None if missing or contradicted by the positions
     effort: 'Array | None'  # [N m]; None if missing or invalid
     measured_qd: 'Array | None'  # [rad/s], whether or not the positions contradict it
-
-
-class TimedState(NamedTuple):
-    """Measured state on the time line of the stream."""
-
-    state: State
-    dt: float  # time since the last sample [s]; 0 at the start of the stream
-    begins: bool  # whether the sample starts a new motion
+    # Time since the last sample [s], 0 for the first; None while the period is not known.
+    dt: 'float | None' = None
+    begins: bool = True  # whether the stream starts with this sample
 
 
 class Stream:
@@ -54,12 +49,11 @@ class Stream:
         self._begin(stamps or self.clock.mode)
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Array, velocity: Array,
-             effort: Array, received_ns: 'int | None' = None) -> 'TimedState | State | Event':
+             effort: Array, received_ns: 'int | None' = None) -> 'State | Event':
         """
         Process a joint state; for the arguments see :meth:`.predictor.Predictor.handle`.
 
-        Returns an event if the message is dropped; the state alone while the period of re-timed
-        stamps is not known.
+        Returns the reason if the message is dropped.
         """
         counts, clock = self.counts, self.clock
         counts['received'] += 1
@@ -84,19 +78,19 @@ class Stream:
         usable_effort = self._usable_effort(measured)
         # The step to another publisher's message is no evidence about the robot's stamps.
         fresh = not self._continuity.repeated and verdict is not Event.RESET_POSITION_JUMP
-        time_ns = self._time(stamp_ns, fresh, received_ns)
+        time_ns = self._time(stamp_ns, stamp, fresh, received_ns)
         if time_ns is None:
             counts[Event.AWAITING_PERIOD] += 1
             self._last_ns = None
             return State(stamp, q, qd, usable_effort, qd)
         dt, usable_qd = self._usable_velocity(self._step(time_ns, fresh), q, qd)
         begins, self._last_ns = self._last_ns is None, time_ns
-        return TimedState(State(time_ns, q, usable_qd, usable_effort, qd), dt, begins)
+        return State(time_ns, q, usable_qd, usable_effort, qd, dt, begins)
 
-    def _time(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> int | None:
+    def _time(self, stamp_ns: int, selected: int, fresh: bool, received_ns: int | None
+              ) -> int | None:
         """Return a message's time on the stream's time line [ns]; None while unknown."""
         clock = self.clock
-        selected = clock.select(stamp_ns, received_ns)
         time_ns = clock.update(stamp_ns, fresh, received_ns)
         if clock.event is not None:
             self.counts[clock.event] += 1

@@ -137,6 +137,11 @@ class EffortModel(Group, prefix='effort_model.'):
         """Whether any joint has Dahl friction."""
         return bool(self.dahl.any())
 
+    @property
+    def presliding_length(self) -> 'float | None':
+        """Length for :class:`Presliding` [rad]; None without Dahl friction."""
+        return self.dahl_length if self.has_dahl else None
+
     def spring(self, q: Array) -> Array:
         """Return the spring effort (..., 7) [N m], zero except at s1, for q (..., 7) [rad]."""
         c0, c1, c2, c3, c4, lower, upper = self._spring
@@ -218,18 +223,28 @@ class Presliding:
     ``exp(-|change of q| / length)``. On Baxter it explains the hysteresis at s1.
     """
 
-    def __init__(self, length: Array | float) -> None:
-        self.length = length  # angle over which friction reverses [rad]; (m, 1) to compare several
+    def __init__(self, length: Array | float | None) -> None:
+        # Angle over which friction reverses [rad]; (m, 1) to compare several; None: not followed.
+        self.length = length
         self.reset()
+
+    def change_length(self, length: float | None) -> None:
+        """Change the length; the state stays if it was followed."""
+        if self.length is None:
+            self.reset()
+        self.length = length
 
     def reset(self) -> None:
         """Forget the history: no friction until the joints move."""
         self._q: Array | None = None
         # -1 or 1 while a joint slides, 0 while unknown; (7,) or (m, 7)
-        self.z = np.zeros(np.broadcast_shapes(np.shape(self.length), (N_JOINTS,)))
+        shape = () if self.length is None else np.shape(self.length)
+        self.z = np.zeros(np.broadcast_shapes(shape, (N_JOINTS,)))
 
     def update(self, q: Array) -> Array:
         """Advance to q (7,) [rad] and return z."""
+        if self.length is None:
+            return self.z
         if self._q is not None:
             step = q - self._q
             direction = np.sign(step)

@@ -19,6 +19,8 @@ POSITION_LOWER = np.array([-1.70167993878, -2.147, -3.05417993878, -0.05,
 POSITION_UPPER = np.array([1.70167993878, 1.047, 3.05417993878, 2.618,
                            3.059, 2.094, 3.059])
 
+_STOP = 0.05  # distance from the limit at which a joint may be at its stop [rad]
+
 # Maximum joint speeds in the manufacturer's hardware specification [rad/s].
 VELOCITY_LIMIT = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])
 
@@ -65,6 +67,11 @@ def mount(side: str) -> Array:
     pose[:3, :3] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
     pose[:3, 3] = [0.024645, sign * 0.219645, 0.118588] + pose[:3, :3] @ shoulder
     return pose
+
+
+def stops(q: Array) -> Array:
+    """Return 1 for joints at their upper stop, -1 at the lower one, else 0; q is (..., 7) [rad]."""
+    return (q > POSITION_UPPER - _STOP).astype(float) - (q < POSITION_LOWER + _STOP)
 
 
 def gravity_in_base(gravity: ArrayLike, roll: float, pitch: float) -> Array:

@@ -2,7 +2,7 @@
 
 from functools import partial
 import sys
-from typing import Any, cast
+from typing import Any
 
 from geometry_msgs.msg import InertiaStamped, WrenchStamped
 import numpy as np
@@ -24,7 +24,7 @@ from .services import DynamicsServices
 from .step_statistics import StepStatistics
 from .zero import ZeroService
 from ..estimation.explanation import PayloadEstimate, ResidualExplainer
-from ..estimation.external import External, ExternalEffort
+from ..estimation.external import External, hand_wrench
 from ..estimation.predictor import Prediction, Predictor, Step
 from ..estimation.settings import PredictorSettings, SETTINGS
 from ..model.arrays import Array
@@ -95,13 +95,14 @@ class ResultPublishers:
                 self._publishers[topic].publish(message)
 
     def _publish_wrench(self, external: External) -> None:
-        wrench = cast(ExternalEffort, self._predictor.external).wrench(external)
+        arm = self._predictor.model.arm
+        wrench = hand_wrench(arm.jacobian(external.q), external.effort)
         self._statistics.add_wrench(wrench)
         if wrench is not None:
             message = self._wrench
             set_stamp(message.header, external.stamp_ns)
-            axes = (self._predictor.model.arm.forward_kinematics(external.q)[:3, :3]
-                    if self._has_hand_axes else np.eye(3))
+            axes = (arm.forward_kinematics(external.q)[:3, :3] if self._has_hand_axes
+                    else np.eye(3))
             set_vector(message.wrench.force, wrench.force @ axes)
             set_vector(message.wrench.torque, wrench.torque @ axes)
             self._publishers[topics.EXTERNAL_WRENCH].publish(message)

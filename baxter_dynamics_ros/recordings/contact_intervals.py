@@ -7,14 +7,13 @@ import numpy as np
 from .playback import segments
 from ..estimation.settings import ContactSettings
 from ..model.arrays import Array, Bools
-from ..model.joints import JOINTS, POSITION_LOWER, POSITION_UPPER
+from ..model.joints import JOINTS, stops
 
 MOST = 0.2  # share of a recording above which a large residual is an error of the model
 
 _SHORTEST = 0.1  # duration for which the residual must exceed its limit [s]
 _RELEASE = 0.25  # contact lasts while the residual exceeds this share of its limit
 _MARGIN = 0.2  # excluded before and after, for the memory of the filter [s]
-_STOP = 0.05  # distance from the limit of a joint at which it is at its stop [rad]
 
 
 class Contact(NamedTuple):
@@ -44,7 +43,7 @@ def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -
     if not len(time):
         return []
     residual = residual - np.median(residual, axis=0)
-    near_stop = (q > POSITION_UPPER - _STOP) | (q < POSITION_LOWER + _STOP)
+    near_stop = stops(q) != 0.0
     found = []
     for joint, (name, limit) in enumerate(zip(JOINTS, ContactSettings.limit)):
         for part in segments(time):

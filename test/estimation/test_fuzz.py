@@ -7,6 +7,7 @@ Every run is the same. With BAXTER_DYNAMICS_FUZZ=3000 it tries 3000 sequences, o
 import os
 
 from baxter_dynamics_ros.estimation.events import DROPPED, Event
+from baxter_dynamics_ros.estimation.external import hand_wrench
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model.exceptions import ArgumentError
@@ -114,7 +115,8 @@ class Life(stateful.RuleBasedStateMachine):
         with np.errstate(divide='raise', over='raise', invalid='raise'):
             step = self.handler.handle(self.stamp, names, *fields)
             prediction, external = step.prediction, step.external
-            wrench = self.handler.external.wrench(external) if external is not None else None
+            wrench = external and hand_wrench(
+                self.handler.model.arm.jacobian(external.q), external.effort)
         self.recent.add(step)
         self.predicted += prediction is not None
         self.external += external is not None
