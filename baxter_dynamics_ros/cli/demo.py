@@ -14,8 +14,8 @@ import numpy as np
 from .options import add_arm, number, output_file
 from .processes import NodeProcess
 from .terminal import complain, progress, say, show_joints, show_table
-from ..estimation.joint_selection import JointSelector
 from ..estimation.settings import PredictorSettings
+from ..estimation.stream import JointSelector
 from ..files import write_file
 from ..model.arrays import Array, Indices
 from ..model.exceptions import BaxterDynamicsError

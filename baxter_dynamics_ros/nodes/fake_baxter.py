@@ -13,8 +13,8 @@ from .messages import from_field, joint_state
 from .process import run
 from .ros_parameters import ParameterNode
 from ..estimation.events import Event
-from ..estimation.joint_selection import JointSelector
 from ..estimation.settings import SETTINGS
+from ..estimation.stream import JointSelector
 from ..model.arrays import Array
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
 from ..model.joints import N_JOINTS, SIDES

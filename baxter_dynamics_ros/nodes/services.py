@@ -9,8 +9,8 @@ from sensor_msgs.msg import JointState
 from .messages import from_field, joint_state, stamp_ns, to_field
 from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import Event
-from ..estimation.joint_selection import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..estimation.predictor import Predictor
+from ..estimation.stream import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
 from ..model.arrays import Array, finite, Indices
 from ..model.exceptions import ArgumentError
 from ..model.joints import N_JOINTS

@@ -1,7 +1,7 @@
 """Joint selection: one arm's values by name, and NaN as 'not available'."""
 
 from baxter_dynamics_ros.estimation.events import Event
-from baxter_dynamics_ros.estimation.joint_selection import JointSelector
+from baxter_dynamics_ros.estimation.stream import JointSelector
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
