@@ -28,12 +28,6 @@ SPRING_COEFFICIENTS = (-5.7466, -8.6679, 38.3573, 9.3798, 2.2237)
 # Angles of s1 in those recordings [rad]. Outside, the spring torque at the limit is used.
 SPRING_RANGE = (-1.9, 1.0)
 
-# Standard deviation of the residual of a robot that is not calibrated, from recordings of five
-# arms of three laboratories; s1 of one of them has an offset of 31 N m.
-DEVIATION = (0.6, 17.0, 1.4, 1.7, 0.2, 0.5, 0.25)  # at rest [N m]
-DEVIATION_VELOCITY = (1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0)  # [N m s/rad]
-DEVIATION_ACCELERATION = (0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # [N m s^2/rad]
-
 # Expected standard deviations within which 95 % of the residuals of free motion lie.
 BAND = 1.96
 
@@ -86,14 +80,17 @@ class EffortModel(Group, prefix='effort_model.'):
         CROSSTALK, 'Share of the effort of each joint in the measured effort of another: 7 x 7, '
         'row by row, row i for the measured effort of joint i; the diagonal is zero.', '',
         -0.5, 0.5)
+    # Of a robot that is not calibrated, from recordings of five arms of three laboratories; s1 of
+    # one of them has an offset of 31 N m.
     deviation: Array = _array(
-        DEVIATION, 'Expected standard deviation of the residual per joint at rest.', 'N m',
-        0.0, 100.0)
+        (0.6, 17.0, 1.4, 1.7, 0.2, 0.5, 0.25),
+        'Expected standard deviation of the residual per joint at rest.', 'N m', 0.0, 100.0)
     deviation_velocity: Array = _array(
-        DEVIATION_VELOCITY, 'Expected standard deviation of the residual per joint and velocity.',
-        'N m s/rad', 0.0, 100.0)
+        (1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0),
+        'Expected standard deviation of the residual per joint and velocity.', 'N m s/rad',
+        0.0, 100.0)
     deviation_acceleration: Array = _array(
-        DEVIATION_ACCELERATION,
+        (0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         'Expected standard deviation of the residual per joint and acceleration.',
         'N m s^2/rad', 0.0, 100.0)
 

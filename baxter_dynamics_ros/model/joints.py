@@ -70,7 +70,7 @@ def mount(side: str) -> Array:
 
 
 def stops(q: Array) -> Array:
-    """Return 1 for joints at their upper stop, -1 at the lower one, else 0; q is (..., 7) [rad]."""
+    """Return 1 for joints at the upper stop, -1 at the lower one, else 0, for q (..., 7) [rad]."""
     return (q > POSITION_UPPER - _STOP).astype(float) - (q < POSITION_LOWER + _STOP)
 
 

@@ -36,26 +36,21 @@ class Setting:
 
     def check(self, value: Any) -> Any:
         """Return the value in the type of the default; raise ArgumentError if it is invalid."""
-        if isinstance(self.default, bool):
-            if not isinstance(value, bool):
-                raise ArgumentError(self.name, f'expected true or false, got {value!r}')
-            return value
-        if isinstance(self.default, str):
-            if self.choices and value not in self.choices:
-                raise ArgumentError(
-                    self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
-            if not isinstance(value, str) or not value.isprintable():
-                raise ArgumentError(self.name, f'expected printable text, got {value!r}')
-            return value
+        kind = type(self.default)
         if isinstance(self.default, tuple):
             n = len(self.default)
             values = finite(self.name, value, *{(n,), self.shape or (n,)}).ravel().tolist()
             return tuple(self._number(f'{self.name}[{i}]', each) for i, each in enumerate(values))
-        if isinstance(self.default, float):
+        if kind is float:
             return self._number(self.name, value)
-        if not isinstance(value, int) or isinstance(value, bool):
-            raise ArgumentError(self.name, f'expected a whole number, got {value!r}')
-        return int(self._number(self.name, value))
+        if self.choices and value not in self.choices:
+            raise ArgumentError(
+                self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
+        if not isinstance(value, kind) or isinstance(value, bool) is not (kind is bool):
+            raise ArgumentError(self.name, f'expected {TYPE_WORDS[kind]}, got {value!r}')
+        if isinstance(value, str) and not value.isprintable():
+            raise ArgumentError(self.name, f'expected printable text, got {value!r}')
+        return int(self._number(self.name, value)) if kind is int else value
 
     def check_parameter(self, value: Any) -> Any:
         """Return the checked value of a ROS parameter; integers are not accepted for floats."""

@@ -11,7 +11,7 @@ from .data_check import names_of, Notice
 from .evaluation_results import Evaluation, Statistics
 from ..estimation.explanation import Explained
 from ..estimation.settings import PredictorSettings
-from ..model.effort import DEVIATION
+from ..model.effort import EffortModel
 from ..model.joints import JOINTS, N_JOINTS
 
 # Largest RMS residual of a calibrated Baxter on left-out recordings [N m].
@@ -93,7 +93,7 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
     larger = total.methods['lagrange_euler'].rms > 1.2 * CALIBRATED
     if not larger.any():
         return Verdict('calibrated', 'The residual is as small as that of a calibrated Baxter.')
-    if not np.array_equal(settings.effort_model.deviation, DEVIATION):
+    if not np.array_equal(settings.effort_model.deviation, EffortModel.deviation):
         return Verdict('calibrated', 'The residual is within the deviation that these parameters '
                        'expect.')
     return Verdict('uncalibrated', 'The residual is that of a Baxter before calibration: larger '

@@ -82,7 +82,7 @@ def test_parameters_are_a_view_of_the_settings(all_changed):
 def test_groups_are_frozen_and_check_their_values():
     with pytest.raises(FrozenInstanceError):
         PredictorSettings().acceleration.cutoff = 3.0
-    with pytest.raises(ArgumentError, match='contact.samples: expected a whole number'):
+    with pytest.raises(ArgumentError, match='contact.samples: expected an integer'):
         ContactSettings(samples=2.5)
 
 
