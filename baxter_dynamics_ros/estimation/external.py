@@ -133,9 +133,10 @@ class ExternalEffort:
     def _balance(self, model: ArmModel, q: Array, qd: Array,
                  measured: Array) -> tuple[Array, Array]:
         """Return the momentum [N m s] and its rate without external torque [N m], (7,) each."""
-        momentum, coriolis, gravity = model.momentum_terms(q, qd)
+        momentum, coriolis, gravity = model.arm.momentum_terms(q, qd)
         torque = model.effort_model.torque(measured, q, qd, self._dahl.z)
-        return momentum, torque + coriolis - gravity
+        # The effort of the added inertia is the time derivative of its momentum.
+        return momentum + model.effort_model.added_inertia * qd, torque + coriolis - gravity
 
 
 class MomentumObserver:

@@ -18,7 +18,7 @@ from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import BASE_FRAME, gravity_in_base, mount, SIDES
-from ..model.parameters import link_parameters, Payload
+from ..model.parameters import LinkSettings, Payload
 from ..model.setting import Floats, Group, setting
 
 METHODS = ('lagrange_euler', 'newton_euler')
@@ -89,38 +89,13 @@ class BaseSettings(Group, prefix='base.'):
         'rad', -3.2, 3.2)
 
 
-@dataclass(frozen=True)
-class LinkSettings(Group, prefix='links.'):
-    """Inertial parameters of the links."""
-
-    mass: Floats = setting(
-        tuple(row[-1] for row in paper_tables.TABLE_II), 'Mass of each link (Table II).', 'kg',
-        0.0, 20.0)
-    center_of_mass: Floats = setting(
-        sum(paper_tables.TABLE_IV, ()), 'Centre of mass x, y, z of each link in turn, in the link '
-        'frame (Table IV).', 'm', -1.0, 1.0)
-    inertia: Floats = setting(
-        sum(paper_tables.TABLE_III, ()), 'Inertia xx, yy, zz, xy, yz, xz of each link in turn, '
-        'about its centre of mass (Table III).', 'kg m^2', -2.0, 2.0)
-
-
 class ArmModel(NamedTuple):
-    """Rigid-body model and effort model of an arm; methods take validated arrays."""
+    """Rigid-body model and effort model of an arm."""
 
     arm: BaxterArm  # in the robot's base frame
     effort_model: EffortModel  # from tau to measured effort
     # (q, qd, qdd), (..., 7) each -> tau (..., 7) [N m].
     inverse_dynamics: Callable[[Array, Array, Array], Array]
-
-    def momentum_terms(self, q: Array, qd: Array) -> tuple[Array, Array, Array]:
-        """
-        Return the momentum [N m s], C^T qd and G [N m], (7,) each, of the state q, qd (7,).
-
-        The momentum includes the added inertia of the effort model: its contribution to the effort
-        is the time derivative of its contribution to the momentum.
-        """
-        momentum, coriolis, gravity = self.arm.momentum_terms(q, qd)
-        return momentum + self.effort_model.added_inertia * qd, coriolis, gravity
 
 
 @dataclass(frozen=True)
@@ -168,11 +143,7 @@ class PredictorSettings(Group):
         """
         Return the settings with these values by dotted name, and defaults for all others.
 
-        Raises
-        ------
-        ArgumentError
-            If a name is unknown, a value is invalid, or values contradict each other.
-
+        ArgumentError is raised if a name is unknown, a value invalid, or values contradict.
         """
         return cls().replace(values)
 
@@ -197,7 +168,7 @@ class PredictorSettings(Group):
         arm = BaxterArm(
             payload=self.payload, mount=mount(self.arm),
             gravity=gravity_in_base(self.gravity, **vars(self.base)),
-            parameters=link_parameters(**vars(self.links)))
+            parameters=self.links.arm_parameters())
         effort_model = self.effort_model if self.effort_model.enabled else EffortModel.rigid()
         return ArmModel(arm, effort_model, self._inverse_dynamics(arm))
 

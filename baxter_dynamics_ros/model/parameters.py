@@ -9,7 +9,7 @@ Without corrections the torques are wrong by up to 40 N m. Each can be omitted t
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -111,12 +111,33 @@ class Payload(Group, prefix='payload.'):
         return pseudo_inertia(self.inertia_tensor, self.mass, np.array(self.center_of_mass))
 
 
-def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
-    """Return the parameters of Tables II to IV, with the given corrections (default: all)."""
-    d, a, alpha, mass = np.array(paper_tables.TABLE_II).T
-    return ArmParameters(
-        d=d, a=a, alpha=alpha, mass=mass, center_of_mass=np.array(paper_tables.TABLE_IV),
-        inertia=inertia_tensor(np.array(paper_tables.TABLE_III)), corrections=corrections)
+@dataclass(frozen=True)
+class LinkSettings(Group, prefix='links.'):
+    """Inertial parameters of the links, those of the paper by default."""
+
+    mass: ArrayLike = setting(
+        tuple(row[-1] for row in paper_tables.TABLE_II), 'Mass of each link (Table II).', 'kg',
+        0.0, 20.0)
+    center_of_mass: ArrayLike = setting(
+        sum(paper_tables.TABLE_IV, ()), 'Centre of mass x, y, z of each link in turn, in the link '
+        'frame (Table IV).', 'm', -1.0, 1.0)
+    inertia: ArrayLike = setting(
+        sum(paper_tables.TABLE_III, ()), 'Inertia xx, yy, zz, xy, yz, xz of each link in turn, '
+        'about its centre of mass (Table III).', 'kg m^2', -2.0, 2.0)
+
+    def arm_parameters(self) -> ArmParameters:
+        """Return parameters with Table II's kinematics; raise if no rigid body has these."""
+        d, a, alpha, _ = np.array(paper_tables.TABLE_II).T
+        result = ArmParameters(
+            d, a, alpha, np.array(self.mass), np.reshape(self.center_of_mass, (N_JOINTS, 3)),
+            inertia_tensor(np.reshape(self.inertia, (N_JOINTS, 6))))
+        for i, least in enumerate(np.linalg.eigvalsh(result.pseudo_inertia)[:, 0]):
+            if least <= 0.0:
+                raise ArgumentError(
+                    'links', 'no rigid body has the mass, centre of mass and inertia of link '
+                    f'{i + 1}: mass and principal moments must be positive, and no moment above '
+                    'the sum of the other two')
+        return result
 
 
 def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
@@ -124,35 +145,15 @@ def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
     """
     Return parameters with Table II's kinematics and custom inertial parameters.
 
-    Parameters
-    ----------
-    mass : array_like (7,)
-        Mass of each link [kg].
-    center_of_mass : array_like (21,)
-        Centre of mass x, y, z of each link in turn, order and frames of Table IV [m].
-    inertia : array_like (42,)
-        Inertia xx, yy, zz, xy, yz, xz of each link in turn about its centre of mass, order and
-        frames of Table III [kg m^2].
-
-    Raises
-    ------
-    ArgumentError
-        If no rigid body has these values.
-
+    Masses (7,) [kg], centres of mass (21,) [m] and inertias (42,) [kg m^2] are in the order and
+    the frames of Tables II to IV, link by link. ArgumentError is raised if no rigid body has them.
     """
-    mass = finite('links.mass', mass, (N_JOINTS,))
-    center = finite('links.center_of_mass', center_of_mass, (3 * N_JOINTS,)).reshape(-1, 3)
-    elements = finite('links.inertia', inertia, (6 * N_JOINTS,)).reshape(-1, 6)
-    d, a, alpha, _ = np.array(paper_tables.TABLE_II).T
-    result = ArmParameters(d=d, a=a, alpha=alpha, mass=mass, center_of_mass=center,
-                           inertia=inertia_tensor(elements))
-    for i, least in enumerate(np.linalg.eigvalsh(result.pseudo_inertia)[:, 0]):
-        if least <= 0.0:
-            raise ArgumentError(
-                'links', f'no rigid body has the mass, centre of mass and inertia of link {i + 1}:'
-                ' mass and principal moments must be positive, and no moment above the sum of the'
-                ' other two')
-    return result
+    return LinkSettings(mass, center_of_mass, inertia).arm_parameters()
+
+
+def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
+    """Return the parameters of Tables II to IV, with the given corrections (default: all)."""
+    return replace(LinkSettings().arm_parameters(), corrections=corrections)
 
 
 def inertia_tensor(elements: Array) -> Array:

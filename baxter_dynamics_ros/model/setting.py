@@ -39,8 +39,10 @@ class Setting:
         kind = type(self.default)
         if isinstance(self.default, tuple):
             n = len(self.default)
-            values = finite(self.name, value, *{(n,), self.shape or (n,)}).ravel().tolist()
-            return tuple(self._number(f'{self.name}[{i}]', each) for i, each in enumerate(values))
+            found = finite(self.name, value, *{(n,), self.shape or (n,)}).ravel()
+            for i in np.flatnonzero((found < self.lower) | (found > self.upper)):
+                self._number(f'{self.name}[{i}]', found[i])  # raises
+            return tuple(found.tolist())
         if kind is float:
             return self._number(self.name, value)
         if self.choices and value not in self.choices:

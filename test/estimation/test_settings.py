@@ -137,9 +137,3 @@ def test_methods_agree(loaded, rng):
     states = rng.normal(size=(3, 100, 7))
     np.testing.assert_allclose(recursive.inverse_dynamics(*states),
                                closed_form.inverse_dynamics(*states), atol=1e-11)
-
-
-def test_links_default_to_the_papers():
-    ours, paper = PredictorSettings().model.arm.parameters, paper_parameters()
-    for name in ('d', 'a', 'alpha', 'mass', 'center_of_mass', 'inertia', 'pseudo_inertia'):
-        np.testing.assert_array_equal(getattr(ours, name), getattr(paper, name))
