@@ -1,18 +1,19 @@
 """Calibration of a robot from recordings."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from .calibration_results import Calibration, Fitted
+from .calibration_results import Calibration, Fitted, Selection
 from .fit import best_fit, choose
 from .fit_data import (CalibrationError, check_data, distinct, long_enough, Motion, observe,
-                       refuse, residual, rms, warnings)
+                       residual, rms, warnings)
 from .joint_terms import Term
 from .least_squares import Problem
 from .terms import all_terms, OPTIONAL, REACH
 from ..estimation.settings import BaseSettings, PredictorSettings
+from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
@@ -26,6 +27,9 @@ _SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to
 _LAG_OFF = 0.001  # minimum difference for which the measured velocity lag is adopted [s]
 _SIGMAS = 3.0  # ... and minimum number of standard errors
 _TAIL = 4.0  # degrees of freedom of the residuals' t distribution
+_BY_TIME = Notice('by_time', f'one recording: judged on each of {_PARTS} parts of it, fitted to '
+                  'the others. A motion that repeats lap after lap makes this look better than it '
+                  'is: record another')
 
 
 def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | None = None,
@@ -41,28 +45,29 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     settings, motions, lag, notices = _measured(recordings, settings, progress)
     fold = 'recording'
     if len(motions) == 1:
-        fold, motions = 'part', _split(motions[0], notices)
+        fold, motions = 'part', _parts(motions[0])
+        notices.append(_BY_TIME)
     s1 = np.concatenate([motion.q[:, S1] for motion in motions])
     low, high = np.quantile(s1, [0.002, 0.998]).tolist()  # without outliers
     asked = {name for name, wish in zip(OPTIONAL, (inertial, payload)) if wish}
-    terms = _terms(settings, (low, high), only, asked, notices)
+    terms, spring = _terms(settings, (low, high), only, asked)
     progress('fitting')
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
-    _, _, preliminary = choose(Problem(settings, terms, motions), wanted)
-    free, contacts = _without_contact(motions, preliminary, notices)
-    problem = Problem(settings, terms, _robust(free, preliminary))
+    *_, preliminary = choose(Problem(settings, terms, motions), wanted)
+    free, contacts, contact = _without_contact(motions, preliminary)
+    problem = Problem(settings, terms, free, _robust(free, preliminary))
     steps, unidentifiable, _ = choose(problem, wanted)
     progress('judging on what was left out')
     fit, given_up = best_fit(problem, steps[-1:] if only else steps)
     parameters = fit.parameters
-    notices += _doubts(parameters, unidentifiable, [step.term for step in given_up if step.joints])
     judged = [one if part is motion else one._replace(
                   with_contact=rms(residual(motion, problem.updated(b))))
               for one, part, motion, b in zip(fit.judged, free, motions, fit.left_out)]
     return Calibration(
         settings, fit.settings, parameters, steps[:len(steps) - len(given_up)], judged, fold, lag,
-        contacts, tuple(notices), samples=sum(map(len, free)), s1_range=(low, high))
+        contacts, (*notices, *spring, *contact, *unidentifiable, *_doubts(parameters, given_up)),
+        samples=sum(map(len, free)), s1_range=(low, high))
 
 
 def _starting_point(given: PredictorSettings,
@@ -96,43 +101,37 @@ def _measured(
         return distinct(motions)
 
     motions, notices = read()
-    refuse(motions)
-    check = check_data(long_enough(motions), settings)
-    notices += check.problems if check else ()
-    lag = check.lag if check else None
+    check = check_data(motions, settings)
+    lag = check.lag
     if lag is not None and abs(lag.value - settings.acceleration.velocity_lag) > max(
             _LAG_OFF, _SIGMAS * lag.uncertainty):
         settings = settings.replace(
             {'acceleration.velocity_lag': round(max(lag.value, 0.0), 4)})
         motions, _ = read()  # with the new delay
-    notices += warnings(motions)
-    return settings, long_enough(motions), lag, notices
+    return settings, long_enough(motions), lag, [*notices, *check.problems, *warnings(motions)]
 
 
-def _split(motion: Motion, notices: list[Notice]) -> list[Motion]:
-    """Return the parts of a single motion that are left out in turn; add a notice."""
-    notices.append(Notice('by_time', f'one recording: judged on each of {_PARTS} parts of it, '
-                          'fitted to the others. A motion that repeats lap after lap makes this '
-                          'look better than it is: record another'))
+def _parts(motion: Motion) -> list[Motion]:
+    """Return the parts of a single motion that are left out in turn."""
     edges = np.linspace(0, len(motion), _PARTS + 1).astype(int)
     return [replace(motion.take(slice(*pair)), name=f'{motion.name}, part {k + 1}')
             for k, pair in enumerate(zip(edges, edges[1:]))]
 
 
-def sweeps(low: float, high: float, model: EffortModel) -> bool:
-    """Return whether the range of s1 [rad] covers enough of the spring's range."""
+def sweep(s1_range: tuple[float, float], model: EffortModel) -> tuple[float, float, bool]:
+    """Return the range of s1 within its spring's [rad], and whether it covers enough of that."""
     lower, upper = model.spring_range
-    low, high = np.clip([low, high], lower, upper)
-    return bool(high - low >= _SWEEP * (upper - lower))
+    low, high = np.clip(s1_range, lower, upper).tolist()
+    return low, high, high - low >= _SWEEP * (upper - lower)
 
 
-def _terms(settings: PredictorSettings, sweep: tuple[float, float], only: Collection[str],
-           asked: Collection[str], notices: list[Notice]) -> list[Term]:
-    """Return the terms to fit; add a notice if the shape of the spring is not fitted."""
-    shape = sweeps(*sweep, settings.effort_model)
+def _terms(settings: PredictorSettings, s1_range: tuple[float, float], only: Collection[str],
+           asked: Collection[str]) -> tuple[list[Term], list[Notice]]:
+    """Return the terms to fit, and a notice if the shape of the spring is not fitted."""
+    low, high, shape = sweep(s1_range, settings.effort_model)
+    notices = []
     if not shape and (not only or 'spring' in only) and settings.model.effort_model.has_spring:
         lower, upper = settings.effort_model.spring_range
-        low, high = np.clip(sweep, lower, upper)
         notices.append(Notice(
             'spring_shape', f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to "
             f'{upper:g} rad: its shape is kept, only gain and offset can be fitted', ('s1',)))
@@ -142,57 +141,48 @@ def _terms(settings: PredictorSettings, sweep: tuple[float, float], only: Collec
         if name not in names:
             raise ArgumentError('only', f'no term {name}; there are {", ".join(sorted(names))}')
     wanted = {*(only or names - {*OPTIONAL}), *asked}
-    return [term for term in terms if term.name in wanted]
+    return [term for term in terms if term.name in wanted], notices
 
 
-def _without_contact(motions: list[Motion], settings: PredictorSettings, notices: list[Notice]
-                     ) -> tuple[list[Motion], list[Contact]]:
-    """Return the motions without contact, and the contacts unless too much looks like contact."""
-    contacts = [contact for motion in motions for contact in find_contacts(
-        motion.time, residual(motion, settings), motion.q, motion.name)]
+def _without_contact(motions: list[Motion], settings: PredictorSettings
+                     ) -> tuple[list[Motion], list[Contact], list[Notice]]:
+    """Return motions without contact, the contacts unless they are too many, and a notice."""
+    found = [find_contacts(motion.time, residual(motion, settings), motion.q, motion.name)
+             for motion in motions]
+    contacts = sum(found, [])
     if not contacts:
-        return motions, []
-    free = [motion.take(~contact_rows(motion.time, [
-        contact for contact in contacts if contact.recording == motion.name]))
-        for motion in motions]
+        return motions, [], []
+    free = [motion.take(~contact_rows(motion.time, own)) if own else motion
+            for motion, own in zip(motions, found)]
     left = sum(map(len, free)) / sum(map(len, motions))
     joints = tuple(sorted({contact.joint for contact in contacts}, key=JOINTS.index))
     if left < 1.0 - MOST or not all(motion.duration > 0.0 for motion in free):
-        notices.append(Notice(
+        return motions, [], [Notice(
             'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
             f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact. '
-            'Does the hand carry a load (--payload)?', joints))
-        return motions, []
-    notices.append(Notice('contact', 'contact is left out of the fit: '
-                          + '; '.join(map(str, contacts)), joints))
-    return free, contacts
+            'Does the hand carry a load (--payload)?', joints)]
+    return free, contacts, [Notice('contact', 'contact is left out of the fit: '
+                                   + '; '.join(map(str, contacts)), joints)]
 
 
-def _robust(motions: list[Motion], settings: PredictorSettings) -> list[Motion]:
+def _robust(motions: list[Motion], settings: PredictorSettings) -> list[Array]:
     """
-    Return the motions with weights of their residuals, so that a short touch hardly matters.
+    Return weights of the residuals (n, 7) of the motions, so that a short touch hardly matters.
 
-    The weights are those of a t distribution: one half at two deviations.
+    They are those of a t distribution: one half at two deviations.
     """
     residuals = [residual(motion, settings) for motion in motions]
     scale = np.maximum(1.4826 * np.median(np.abs(np.concatenate(residuals)), axis=0), 1e-9)
-    return [replace(motion, weight=1.0 / (1.0 + (left / scale) ** 2 / _TAIL))
-            for motion, left in zip(motions, residuals)]
+    return [1.0 / (1.0 + (left / scale) ** 2 / _TAIL) for left in residuals]
 
 
-def _doubts(parameters: list[Fitted], unidentifiable: dict[int, list[str]],
-            given_up: list[str]) -> list[Notice]:
-    """Return notices about what could not be fitted, and terms that did not predict better."""
-    notices = [Notice('unidentifiable', f'{JOINTS[joint]}: the motion does not show '
-                      f'{", ".join(names)}: as before', (JOINTS[joint],))
-               for joint, names in unidentifiable.items()]
-    if given_up:
-        notices.append(Notice(
-            'given_up', f'with {", ".join(given_up)} what was left out is predicted worse than '
-            'without: the result is the step before'))
+def _doubts(parameters: list[Fitted], given_up: Sequence[Selection]) -> Iterator[Notice]:
+    """Yield notices about terms that did not predict better, and a payload out of reach."""
+    terms = ', '.join(step.term for step in given_up if step.joints)
+    if terms:
+        yield Notice('given_up', f'with {terms} what was left out is predicted worse than '
+                     'without: the result is the step before')
     if any(one.term == 'payload' and one.component.startswith('center')
            and abs(one.value) >= REACH for one in parameters):
-        notices.append(Notice(
-            'payload_center', 'payload: the motion does not show its centre of mass: '
-            "don't use it, record a wider motion (--plan shows one)"))
-    return notices
+        yield Notice('payload_center', 'payload: the motion does not show its centre of mass: '
+                     "don't use it, record a wider motion (--plan shows one)")

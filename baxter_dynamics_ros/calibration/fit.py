@@ -15,6 +15,7 @@ from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import BAND
 from ..model.joints import N_JOINTS
+from ..recordings.data_check import Notice
 
 _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link
 # Factor on the standard deviation of a link's prior until the link is consistent; larger steps
@@ -26,21 +27,18 @@ _COVERED = 0.95  # share of residuals within BAND deviations
 
 
 def choose(problem: Problem, wanted: Collection[str]
-           ) -> tuple[list[Selection], dict[int, list[str]], PredictorSettings]:
+           ) -> tuple[list[Selection], list[Notice], PredictorSettings]:
     """
-    Return the steps of the selection, unidentifiable terms by joint, and preliminary settings.
+    Return the steps of the selection, what is unidentifiable, and preliminary settings.
 
     Terms named in ``wanted`` are always fitted.
     """
-    bias_and_payload = problem.none.copy()
-    for term, where in problem.terms:
-        bias_and_payload[where] = term.name in ('bias', 'payload')
-    b = solve(problem.whole, np.ones(N_JOINTS), bias_and_payload, problem.prior, problem.lower)
+    b = problem.fit(problem.whole, np.ones(N_JOINTS), problem.mask('bias', 'payload'))
     weights = problem.weights(problem.rms(squared_error(problem.whole, b)[None]))
-    unknown, lost = unidentifiable(problem, weights)
+    unknown, notices = unidentifiable(problem, weights)
     steps = Selector(problem, weights, wanted, unknown).steps()
     b = _solve(problem, problem.whole, problem.weights(steps[-1].rms), steps[-1].active)
-    return steps, lost, problem.updated(b)
+    return steps, notices, problem.updated(b)
 
 
 def best_fit(problem: Problem, steps: Sequence[Selection]

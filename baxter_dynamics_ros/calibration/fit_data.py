@@ -14,8 +14,8 @@ from ..estimation.settings import EffortModelSettings, PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS, N_JOINTS
-from ..recordings.data_check import DataCheck, Notice, RunningCheck
+from ..model.joints import N_JOINTS
+from ..recordings.data_check import DataCheck, names_of, Notice, RunningCheck
 from ..recordings.playback import joined, play, Samples, segments
 from ..recordings.recording import Recording
 
@@ -31,11 +31,10 @@ class CalibrationError(BaxterDynamicsError):
 
 @dataclass(frozen=True, eq=False)
 class Motion(Samples):
-    """Samples of a recording, their weights in a fit, and what follows from them."""
+    """Samples of a recording, and what follows from them."""
 
     name: str
-    weight: Array  # (n, 7) of each measured effort
-    counts: dict[Any, int] = field(default_factory=dict)  # counts of the stream handler
+    counts: Counter[Any] = field(default_factory=Counter)  # counts of the stream handler
 
     def __len__(self) -> int:
         return len(self.time)
@@ -43,32 +42,31 @@ class Motion(Samples):
     @cached_property
     def segments(self) -> list[slice]:
         """Slices between restarts of the filter."""
-        return segments(self.time)
+        return segments(self.time) if len(self) else []
 
     @cached_property
     def duration(self) -> float:
         """Time covered by the estimates, without gaps [s]."""
-        return float(sum(np.ptp(self.time[rows]) for rows in self.segments)) if len(self) else 0.0
+        return float(sum(np.ptp(self.time[rows]) for rows in self.segments))
 
     @property
     def period(self) -> float:
         """Typical time between two estimates [s]."""
         return float(np.median(np.diff(self.time)))
 
-    def presliding(self, *lengths: float) -> dict[float, Array]:
-        """Return Dahl's states (n, 7) by the angle over which friction reverses [rad]."""
-        missing = [length for length in lengths if length not in self._presliding]
-        if missing:
+    def presliding(self, length: float) -> Array:
+        """Return Dahl's state (n, 7) for an angle over which friction reverses [rad]."""
+        if length not in self._presliding:
             states = []
             for segment in self.segments:
-                state = Presliding(np.array(missing)[:, None])
+                state = Presliding(length)
                 states += [state.update(q) for q in self.q[segment]]
-            self._presliding.update(zip(missing, np.array(states).swapaxes(0, 1)))
-        return self._presliding
+            self._presliding[length] = np.array(states)
+        return self._presliding[length]
 
     @cached_property
     def _presliding(self) -> dict[float, Array]:
-        """States so far: every fit needs the same."""
+        """States so far, by length: every fit needs the same."""
         return {}
 
 
@@ -78,16 +76,14 @@ def observe(recording: Recording, settings: PredictorSettings) -> Motion:
         settings, arm=recording.arm, align=True, effort_model=EffortModelSettings(enabled=False)))
     samples = joined([part.take(np.isfinite(part.effort[:, 0]))
                       for part in play(recording, predictor)])
-    return Motion(**vars(samples), name=recording.name, weight=np.ones(samples.q.shape),
-                  counts=dict(predictor.counts))
+    return Motion(**vars(samples), name=recording.name, counts=Counter(predictor.counts))
 
 
 def residual(motion: Motion, settings: PredictorSettings) -> Array:
     """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
     model = settings.model.effort_model
-    presliding = (motion.presliding(model.dahl_length)[model.dahl_length] if model.has_dahl
-                  else np.zeros(motion.q.shape))
-    result = Predictor(settings).predict(replace(motion, dahl=presliding).estimate).residual
+    dahl = motion.presliding(model.dahl_length) if model.has_dahl else np.zeros(motion.q.shape)
+    result = Predictor(settings).predict(replace(motion, dahl=dahl).estimate).residual
     assert result is not None  # for the effort was measured
     return result
 
@@ -111,7 +107,7 @@ def _speeds(motions: list[Motion]) -> Array:
     """
     speeds = [np.zeros((1, N_JOINTS))]
     for motion in motions:
-        for segment in motion.segments if len(motion) else []:
+        for segment in motion.segments:
             t, q = motion.time[segment], motion.q[segment]
             k = max(round(_SPEED_SPAN / motion.period), 1) if len(t) > 1 else 1
             speeds.append((q[2 * k:] - q[:-2 * k]) / (t[2 * k:] - t[:-2 * k])[:, None])
@@ -139,9 +135,9 @@ def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
     return kept, notices
 
 
-def refuse(motions: list[Motion]) -> None:
+def _refuse(motions: list[Motion]) -> None:
     """Raise CalibrationError with the reason if the data cannot be fitted."""
-    counts: Counter[Any] = sum((Counter(motion.counts) for motion in motions), Counter())
+    counts: Counter[Any] = sum((motion.counts for motion in motions), Counter())
     taken = counts['taken']
     if counts[Event.IMPLAUSIBLE] > taken:
         raise CalibrationError(f'{counts[Event.IMPLAUSIBLE]} of {counts["received"]} joint states '
@@ -162,13 +158,15 @@ def refuse(motions: list[Motion]) -> None:
                                'motion that turns every joint round (--plan shows one)')
 
 
-def check_data(motions: list[Motion], settings: PredictorSettings) -> 'DataCheck | None':
-    """Return the check of the data; raise CalibrationError if they contradict the model."""
+def check_data(motions: list[Motion], settings: PredictorSettings) -> DataCheck:
+    """Return the check of the data; raise CalibrationError if they cannot be fitted."""
+    _refuse(motions)
     running = RunningCheck(settings)
-    for motion in motions:
+    for motion in long_enough(motions):
         running.add(motion)
     check = running.result()
-    reasons = [problem.text for problem in check.problems if problem.refuses] if check else []
+    assert check is not None  # they are long enough
+    reasons = [problem.text for problem in check.problems if problem.refuses]
     if reasons:
         raise CalibrationError('; '.join(reasons))
     return check
@@ -181,14 +179,14 @@ def warnings(motions: list[Motion]) -> Iterator[Notice]:
             ('still', ~moving, f'never moves faster than {_MOVES:g} rad/s'),
             ('one_way', moving & ~turning(motions), 'turns one way only')):
         if which.any():
-            joints = tuple(JOINTS[i] for i in np.flatnonzero(which))
+            joints = names_of(which)
             yield Notice(kind, f'{", ".join(joints)}: {what}', joints)
     for motion in motions:
         if motion.duration < _SHORT:
             yield Notice('short', f'{motion.duration:.1f} s of motion are too short: left out',
                          recording=motion.name)
         for event in Event:
-            if event.remedy and motion.counts.get(event):
+            if event.remedy and motion.counts[event]:
                 yield Notice(event.value,
                              f'{motion.counts[event]} x {event.value}: {event.remedy}',
                              recording=motion.name)

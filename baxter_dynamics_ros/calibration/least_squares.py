@@ -1,6 +1,6 @@
 """Regularised least squares, and the selection of terms by cross-validation."""
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from itertools import groupby
 from typing import Any
 
@@ -13,7 +13,8 @@ from .fit_data import Motion, turning
 from .joint_terms import Sample, Term
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools, Indices
-from ..model.joints import N_JOINTS
+from ..model.joints import JOINTS, N_JOINTS
+from ..recordings.data_check import Notice
 
 SHORTEST = 1.0  # minimum correlation time, because model errors recur with the motion [s]
 
@@ -32,7 +33,7 @@ class Problem:
     """
 
     def __init__(self, before: PredictorSettings, terms: list[Term], motions: list[Motion],
-                 about: Array | None = None) -> None:
+                 sample_weights: list[Array] | None = None, about: Array | None = None) -> None:
         ends = np.cumsum([len(term.prior) for term in terms]).tolist()
         self.before = before
         self.motions = motions
@@ -42,30 +43,35 @@ class Problem:
         self.lower = np.concatenate([term.lower for term in terms])  # (p,) lower bounds
         self.tied = np.concatenate([term.tied for term in terms])  # (p,) bool
         self.acts = np.concatenate([term.acts for term in terms], axis=1)  # (7, p) bool
-        self.none = np.zeros(ends[-1], dtype=bool)  # mask of no parameter
+        self._sample_weights = sample_weights or [np.ones(motion.q.shape) for motion in motions]
         self._about = np.zeros(ends[-1]) if about is None else about
         self._model = self.updated(self._about).model
-        self.folds = [self._sums(motion) for motion in motions]
+        self.folds = [*map(self._sums, motions, self._sample_weights)]
         self.whole: Array = sum(self.folds[1:], self.folds[0])
         self.others = [self.whole - fold for fold in self.folds]
 
     def about(self, deviation: Array) -> 'Problem':
         """Return the problem linearised about the settings with the deviations (p,)."""
-        return Problem(self.before, [term for term, _ in self.terms], self.motions, deviation)
+        return Problem(self.before, [term for term, _ in self.terms], self.motions,
+                       self._sample_weights, deviation)
 
-    def _sums(self, motion: Motion) -> Array:
+    def mask(self, *names: str) -> Bools:
+        """Return whether each parameter (p,) belongs to one of some terms."""
+        return np.concatenate([np.full(len(term.prior), term.name in names)
+                               for term, _ in self.terms])
+
+    def _sums(self, motion: Motion, weight: Array) -> Array:
         p = len(self.prior)
         sums = np.zeros((N_JOINTS, p + 1, p + 1))
         lengths = {self._model.effort_model.dahl_length, *(
             term.constants['dahl_length'] for term, _ in self.terms if term.name == 'dahl')}
-        presliding = motion.presliding(*lengths)
         for start in range(0, len(motion), _ROWS):
             rows = slice(start, start + _ROWS)
-            part = motion.take(rows)
-            blocks = self._rows(part, {length: z[rows] for length, z in presliding.items()})
+            blocks = self._rows(motion.take(rows), {
+                length: motion.presliding(length)[rows] for length in lengths})
             for joint, xy in enumerate(blocks):
                 index = np.append(np.flatnonzero(self.acts[joint]), p)
-                weighted = xy * part.weight[:, joint, None]
+                weighted = xy * weight[rows, joint, None]
                 sums[joint][np.ix_(index, index)] += weighted.T @ xy
         return sums
 
@@ -102,7 +108,7 @@ class Problem:
 
     def rms(self, squared_errors: Array) -> Array:
         """Return the RMS (7,) of the squared residuals (folds, 7) of all folds [N m]."""
-        count = sum(motion.weight.sum(0) for motion in self.motions)
+        count = np.concatenate(self._sample_weights).sum(0)
         return np.sqrt(squared_errors.sum(0) / count)
 
     def fit(self, sums: Array, weights: Array, active: Bools) -> Array:
@@ -157,30 +163,31 @@ def information(sums: Array, weights: Array, index: Indices, prior: Array) -> Ar
     return data + np.diag(prior[index] ** -2.0)
 
 
-def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, dict[int, list[str]]]:
+def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, list[Notice]]:
     """
     Find the parameters of single joints that the data do not show, even fitted with bias alone.
 
-    This includes all of joints that do not reverse. Return a mask of the parameters, (p,), and the
-    names of their terms by joint.
+    This includes all of joints that do not reverse. Return a mask of the parameters, (p,), and a
+    notice for each joint.
     """
     reverses = turning(problem.motions)
-    known = information(problem.whole, weights, np.flatnonzero(~problem.none), problem.prior)
-    bias = [where.start for term, where in problem.terms if term.name == 'bias']
-    mask = problem.none.copy()
-    lost: dict[int, list[str]] = {}
+    known = information(problem.whole, weights, np.arange(len(problem.prior)), problem.prior)
+    biases = np.flatnonzero(problem.mask('bias'))  # of each joint, or none
+    mask = problem.mask()
+    lost: dict[str, dict[str, None]] = {}  # the terms of each joint, once
     for term, where in problem.terms:
         if term.shared or term.name == 'bias':
             continue
         for joint, k in np.argwhere(term.acts).tolist():
-            k += where.start
-            own = [k, *(start + joint for start in bias)]
+            own = [where.start + k, *biases[joint:joint + 1]]
             variance = np.linalg.inv(known[np.ix_(own, own)])[0, 0]
-            if not reverses[joint] or np.sqrt(variance) > _UNKNOWN * problem.prior[k]:
-                mask[k] = True
-                if not term.separate and term.name not in lost.setdefault(joint, []):
-                    lost[joint].append(term.name)
-    return mask, lost
+            if not reverses[joint] or np.sqrt(variance) > _UNKNOWN * term.prior[k]:
+                mask[own[0]] = True
+                if not term.separate:
+                    lost.setdefault(JOINTS[joint], {})[term.name] = None
+    return mask, [Notice('unidentifiable', f'{joint}: the motion does not show '
+                         f'{", ".join(names)}: as before', (joint,))
+                  for joint, names in lost.items()]
 
 
 class Selector:
@@ -195,18 +202,17 @@ class Selector:
                  unknown: Bools) -> None:
         self._problem, self._weights = problem, weights
         self._wanted, self._unknown = wanted, unknown
-        self._active = problem.none.copy()  # parameters selected so far
+        self._active = problem.mask()  # parameters selected so far
         self._errors = np.stack([fold[:, -1, -1] for fold in problem.folds])  # (folds, 7)
         self._coupled = False  # whether a term that all joints share is fitted
 
     def steps(self) -> list[Selection]:
         """Try the terms in the order of the problem; the first step has no term."""
-        steps = [self._step('', ())]
+        steps = [self._step('', set())]
         for term, where in self._best_alternatives():
             kept: set[int] = set()
             for joints, own in self._parts(term, where):
-                weights = self._weights_of(range(N_JOINTS) if term.shared else joints)
-                new = self._problem.cross_validate(weights, self._with(own))[:, joints]
+                new = self._problem.cross_validate(*self._trial(joints, own))[:, joints]
                 if term.name in self._wanted or _is_better(new, self._errors[:, joints], term):
                     self._active[own] = True
                     self._errors[:, joints] = new
@@ -215,31 +221,30 @@ class Selector:
             steps.append(self._step(term.name, kept))
         return steps
 
-    def _step(self, term: str, joints: Iterable[int]) -> Selection:
+    def _step(self, term: str, joints: set[int]) -> Selection:
         return Selection(term, tuple(sorted(joints)), self._problem.rms(self._errors),
                          self._active.copy())
 
-    def _with(self, parameters: 'Indices | slice | int') -> Bools:
-        """Return the active parameters (p,) with some more."""
+    def _trial(self, joints: list[int], own: 'Indices | slice') -> tuple[Array, Bools]:
+        """Return weights (7,) and active parameters (p,) to fit some joints with some more."""
         active = self._active.copy()
-        active[parameters] = True
-        return active
-
-    def _weights_of(self, joints: Iterable[int]) -> Array:
-        """Return the weights (7,), zero for joints that need not be fitted with these."""
-        own = np.isin(np.arange(N_JOINTS), list(joints))
-        return np.where(own | self._coupled, self._weights, 0.0)
+        active[own] = True
+        fitted = self._coupled | np.isin(np.arange(N_JOINTS), joints)
+        return np.where(fitted, self._weights, 0.0), active
 
     def _best_alternatives(self) -> Iterator[tuple[Term, slice]]:
         """Yield the terms and their slices; of the Dahl terms only that with the best length."""
         for _, group in groupby(self._problem.terms, lambda pair: pair[0].name):
             alternatives = list(group)
-            scores = []
-            for _, where in alternatives if len(alternatives) > 1 else []:
-                each = [self._problem.cross_validate(weights, self._with(where))[:, joint].sum()
-                        for joint, weights in enumerate(np.diag(self._weights))]
-                scores.append(np.log(each).sum())
-            yield alternatives[int(np.argmin(scores)) if scores else 0]
+            yield (min(alternatives, key=self._misfit) if len(alternatives) > 1
+                   else alternatives[0])
+
+    def _misfit(self, alternative: tuple[Term, slice]) -> float:
+        """Return the sum of the logarithms of the squared errors, each joint fitted by itself."""
+        _, active = self._trial([], alternative[1])
+        errors = [self._problem.cross_validate(weights, active)[:, joint]
+                  for joint, weights in enumerate(np.diag(self._weights))]
+        return float(np.log(np.sum(errors, axis=1)).sum())
 
     def _parts(self, term: Term, where: slice) -> Iterator[tuple[list[int], Indices]]:
         """Yield the joints and parameters that are selected together."""
@@ -256,14 +261,14 @@ class Selector:
 
     def _useful(self, term: Term, where: slice, joint: int, own: Indices) -> Iterator[Indices]:
         """Yield parameters that are large enough and help their joint, the most useful first."""
-        problem, weights = self._problem, self._weights_of([joint])
-        before = problem.cross_validate(weights, self._active)[:, [joint]]
+        problem = self._problem
+        before = problem.cross_validate(*self._trial([joint], own[:0]))[:, [joint]]
         useful = []
         for k in own.tolist():
-            trial = self._with(k)
-            errors = problem.cross_validate(weights, trial)[:, [joint]]
-            change = problem.fit(problem.whole, weights, trial)[k]
-            value = term.read(problem.before)[k - where.start] + change
+            trial = self._trial([joint], np.array([k]))
+            errors = problem.cross_validate(*trial)[:, [joint]]
+            value = (term.read(problem.before)[k - where.start]
+                     + problem.fit(problem.whole, *trial)[k])
             if abs(value) >= term.least and _is_better(errors, before, term):
                 useful.append((errors.sum(), k))
         yield from (np.array([k]) for _, k in sorted(useful))

@@ -10,7 +10,7 @@ from . import calibration_contents as contents
 from .calibration_contents import MEANINGS, parameter_name, term_name, unit_name
 from .drawing import styled
 from .page import change, findings, listed, number, plus_minus, render, torque
-from ..calibration.calibrate_robot import sweeps
+from ..calibration.calibrate_robot import sweep
 from ..calibration.calibration_results import Calibration
 from ..files import write_file
 from ..model.joints import JOINTS
@@ -108,10 +108,9 @@ def _record_next(calibration: Calibration) -> 'str | None':
     wishes = []
     if calibration.fold == 'part' or len(calibration.judged) < _FEW:
         wishes.append('another recording of a different motion')
-    model = calibration.after.effort_model
-    lower, upper = model.spring_range
-    low, high = np.clip(calibration.s1_range, lower, upper)
-    if model.enabled and not sweeps(low, high, model):
+    lower, upper = calibration.after.effort_model.spring_range
+    low, high, is_wide = sweep(calibration.s1_range, calibration.after.effort_model)
+    if calibration.after.effort_model.enabled and not is_wide:
         wishes.append(f'a motion of s1 from {number(lower, 1)} to {number(upper, 1)} rad, for the '
                       f'spring (now {number(low, 2)} to {number(high, 2)})')
     if any(notice.kind in ('unidentifiable', 'still') for notice in calibration.notices):

@@ -136,13 +136,15 @@ def make_motion(n, rng):
     angle = rate * time[:, None, None] + rng.uniform(0.0, 6.0, (2, 7))
     q, qd, qdd = (x.sum(1) for x in (amplitude * np.sin(angle), amplitude * rate * np.cos(angle),
                                      -amplitude * rate ** 2 * np.sin(angle)))
-    return Motion(time, q, qd, qdd, rng.normal(0.0, 5.0, (n, 7)), q, qd, 'test',
-                  np.ones((n, 7)))
+    effort = rng.normal(0.0, 5.0, (n, 7))
+    return Motion(time, q, qd, qdd, effort, np.zeros((n, 7)), q, qd, qd, effort,
+                  np.full(n, 0.01), qdd, 'test')
 
 
 def columns(term, settings, motion):
     """Return a term's columns for all joints, (n, 7, p), zero where it does not act."""
-    presliding = motion.presliding(*dahl_lengths(settings.model.effort_model))
+    presliding = {length: motion.presliding(length)
+                  for length in dahl_lengths(settings.model.effort_model)}
     present = decoupled(motion.effort - residual(motion, settings), settings)
     sample = Sample(motion, presliding, settings.model.arm, present)
     result = np.zeros((len(motion), 7, len(term.prior)))

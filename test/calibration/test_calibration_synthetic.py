@@ -113,7 +113,7 @@ def test_a_touch_hardly_changes_the_fit(monkeypatch):
     time = np.arange(len(one.states))[:, None]
     touched = one.pushed(3.0 * np.eye(7)[2] * ((time > 700) & (time < 900)))
     robust = calibrate([touched, other], only=only)
-    monkeypatch.setattr(calibrate_robot, '_robust', lambda motions, settings: motions)
+    monkeypatch.setattr(calibrate_robot, '_robust', lambda *_: None)
     plain = calibrate([touched, other], only=only)
     assert not robust.contacts and not plain.contacts
     clean = calibrated('friction', only).after.effort_model.bias[2]

@@ -1,7 +1,5 @@
 """Sums, regularised least squares, cross-validation and correlation times."""
 
-from dataclasses import replace
-
 from baxter_dynamics_ros.calibration.fit import correlation_times
 from baxter_dynamics_ros.calibration.fit_data import residual
 from baxter_dynamics_ros.calibration.least_squares import (
@@ -21,11 +19,11 @@ def all_columns(problem, settings):
 
 def test_sums_are_those_of_all_rows(settings, rng):
     """The first motion is longer than a block of rows."""
-    motions = [replace(motion, weight=rng.uniform(0.2, 1.0, motion.q.shape))
-               for motion in (make_motion(1100, rng), make_motion(200, rng))]
-    problem = Problem(settings, all_terms(settings, shape=True), motions)
+    motions = [make_motion(1100, rng), make_motion(200, rng)]
+    weights = [rng.uniform(0.2, 1.0, motion.q.shape) for motion in motions]
+    problem = Problem(settings, all_terms(settings, shape=True), motions, weights)
     x, y = map(np.concatenate, zip(*all_columns(problem, settings)))
-    w = np.concatenate([motion.weight for motion in motions])
+    w = np.concatenate(weights)
     xy = np.concatenate([x, y[..., None]], axis=-1)
     np.testing.assert_allclose(
         problem.whole, np.einsum('njp,nj,njq->jpq', xy, w, xy, optimize=True), rtol=1e-9,

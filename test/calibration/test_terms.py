@@ -17,7 +17,7 @@ def predicted(motion, settings):
     length = settings.model.effort_model.dahl_length
     return Predictor(settings).predict(Estimate(
         (motion.time * 1e9).astype(int), motion.q.copy(), motion.qd.copy(), motion.qdd.copy(),
-        None, motion.presliding(length)[length])).effort
+        None, motion.presliding(length))).effort
 
 
 @pytest.mark.parametrize('name', sorted(LINEAR))
