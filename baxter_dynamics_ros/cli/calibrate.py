@@ -3,7 +3,7 @@
 import argparse
 from contextlib import ExitStack
 
-from .options import add_recordings, add_seed, new_folder, number, output_file, read_inputs
+from .options import add_recordings, add_seed, number, output_path, read_inputs
 from .terminal import progress, say, show_table
 from .. import __version__
 from ..calibration.calibration_results import Calibration
@@ -57,9 +57,9 @@ def main(args: argparse.Namespace) -> int:
     from ..recordings.parameter_file import write_parameters
     from ..report.calibration_report import write_calibration
     inputs = [*args.bags, *args.params]
-    path = output_file('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
+    path = output_path('--output', args.output or 'my_robot.yaml', ('.yaml', '.yml'), args.force,
                        inputs)
-    report = output_file('--output', path.with_suffix('.html'), ('.html',), args.force, inputs)
+    report = output_path('--output', path.with_suffix('.html'), ('.html',), args.force, inputs)
     settings, recordings = read_inputs(args)
     with ExitStack() as stack, progress() as update:
         for recording in recordings:
@@ -100,10 +100,10 @@ def _print(result: Calibration) -> None:
     say(f'residual RMS [N m] on {_left_out(result)}, after adding each term to the joints that it '
         'improves')
     show_table(('term', *JOINTS), [
-        ('before', *(f'{x:.3f}' for x in result.total.before)),
-        *(('+ ' + step.term, *(f'{x:.3f}' if i in step.joints else '.'
-                               for i, x in enumerate(step.rms))) for step in result.steps[1:]),
-        ('after', *(f'{x:.3f}' for x in result.total.after))], bold_last=True)
+        ('before', *result.total.before),
+        *(('+ ' + step.term, *(x if i in step.joints else '.' for i, x in enumerate(step.rms)))
+          for step in result.steps[1:]),
+        ('after', *result.total.after)], bold_last=True)
 
 
 def _plan(args: argparse.Namespace) -> None:
@@ -113,18 +113,15 @@ def _plan(args: argparse.Namespace) -> None:
     from ..simulation.exciting_trajectory import LimitedMotion, write_plan, write_trajectory
     from ..simulation.robot import FakeBaxter
     from ..simulation.trajectories import JointTrajectory
-    folder = new_folder(args.output or 'baxter_plan')
+    folder = output_path('--output', args.output or 'baxter_plan', force=None)
     arm = args.arm or 'right'
     motion = LimitedMotion(arm, args.max_velocity or np.inf)
     q, qd, qdd = motion(np.arange(0.0, motion.duration, 0.01))
     say(f'exciting trajectory, {motion.duration:.0f} s, from rest to rest')
-    turns = (np.diff(np.sign(qd[1:]), axis=0) != 0).sum(axis=0)
-    columns = {'from, rad': q.min(axis=0), 'to, rad': q.max(axis=0),
-               'speed, rad/s': np.abs(qd).max(axis=0),
-               'acceleration, rad/s²': np.abs(qdd).max(axis=0)}
-    show_table(('joint', *columns, 'reversals'), [
-        (joint, *(f'{column[i]:.2f}' for column in columns.values()), str(turns[i]))
-        for i, joint in enumerate(joint_names(arm))])
+    show_table(
+        ('joint', 'from, rad', 'to, rad', 'speed, rad/s', 'acceleration, rad/s²', 'reversals'),
+        zip(joint_names(arm), q.min(axis=0), q.max(axis=0), np.abs(qd).max(axis=0),
+            np.abs(qdd).max(axis=0), (np.diff(np.sign(qd[1:]), axis=0) != 0).sum(axis=0)), 2)
     robot = FakeBaxter(arm, 'exciting', seed=args.seed)
     robot.reference = JointTrajectory(lambda t: motion(t)[0])
     record_bag(folder / BAG, robot, motion.duration + _REST, _RATE, args.seed)

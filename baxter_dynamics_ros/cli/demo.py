@@ -11,9 +11,9 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from .options import add_arm, number, output_file
+from .options import add_arm, number, output_path
 from .processes import NodeProcess
-from .terminal import complain, progress, say, show_joints, show_table
+from .terminal import complain, progress, say, show_table
 from ..estimation.settings import PredictorSettings
 from ..estimation.stream import JointSelector
 from ..files import write_file
@@ -53,7 +53,7 @@ def main(args: argparse.Namespace) -> int:
     from sensor_msgs.msg import JointState
     from .listener import Listener
     from ..nodes import topics
-    figure = output_file('--output', args.output, ('.png', '.pdf', '.svg'))
+    figure = output_path('--output', args.output, ('.png', '.pdf', '.svg'))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
               f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']
@@ -132,7 +132,7 @@ def _call_services(listener: Listener) -> None:
             if hasattr(answer, field)}
         say(f'service {name} [N m]: {answer.message}')
         show_table(('', *JOINTS), [
-            (field, *(f'{x:.3f}' for x in getattr(values, 'effort', values)))
+            (field, *getattr(values, 'effort', values))
             for field, values in fields.items()])
 
 
@@ -151,7 +151,8 @@ def _compare(side: str, measured: list[Any], predicted: list[Any],
         'acceleration')
     signals = {'measured': (time, prediction + error), 'predicted': (time, prediction),
                'residual': (time, error), 'first difference': (raw_time, difference)}
-    show_joints({name: _rms(values) for name, (_, values) in signals.items()})
+    show_table(('joint', *signals),
+               zip(JOINTS, *(_rms(values) for _, values in signals.values())))
     return signals
 
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 import shlex
 
-from .options import add_recordings, output_folder, read_inputs
-from .terminal import progress, say, show_joints
+from .options import add_recordings, output_path, read_inputs
+from .terminal import progress, say, show_table
 from ..model.exceptions import BaxterDynamicsError
+from ..model.joints import JOINTS
 from ..recordings.advice import assess, Assessment
 from ..recordings.evaluation_results import Evaluation, Statistics
 
@@ -32,7 +33,7 @@ def main(args: argparse.Namespace) -> int:
     from ..recordings.evaluate_recordings import Evaluator
     from ..recordings.writer import new_bag, save_predictions
     from ..report.evaluation_report import write_evaluation
-    folder = output_folder('--output', args.output, args.force, [*args.bags, *args.params])
+    folder = output_path('--output', args.output, (), args.force, [*args.bags, *args.params])
     save_bag = Path(args.save_bag).expanduser() if args.save_bag else None
     if save_bag is not None and save_bag.resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
@@ -96,4 +97,4 @@ def _print(evaluations: list[Evaluation], total: Statistics, assessment: Assessm
     if total.expected is not None:
         columns['deviation'] = total.expected.deviation
         columns['within'] = total.expected.coverage
-    show_joints(columns)
+    show_table(('joint', *columns), zip(JOINTS, *columns.values()))

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import add_arm, add_seed, new_folder, number
+from .options import add_arm, add_seed, number, output_path
 from .terminal import progress, say
 from ..simulation.trajectories import PERIODS
 
@@ -45,7 +45,8 @@ def main(args: argparse.Namespace) -> int:
     """Record a trajectory of the paper on the fake Baxter and evaluate the recording."""
     from .main import parse
     from ..simulation.robot import FakeBaxter
-    folder = new_folder(args.output or f'baxter_experiment_{args.trajectory}')
+    folder = output_path('--output', args.output or f'baxter_experiment_{args.trajectory}',
+                         force=None)
     robot = FakeBaxter(args.arm, args.trajectory, seed=args.seed)
     robot.advance(START_UP)
     duration = args.duration or whole_periods(args.trajectory)
@@ -66,6 +67,7 @@ def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed
     from ..recordings.writer import new_bag
     from ..simulation.recorder import record
     from ..simulation.robot import JOINT_STATE_NAMES
+    path.parent.mkdir(parents=True, exist_ok=True)
     count, start = 0, robot.time
     with new_bag(path) as bag, progress(duration) as update:
         for stamp, names, position, velocity, effort in record(robot, duration, rate, seed):

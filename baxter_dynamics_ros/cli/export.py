@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 import re
 
-from .options import add_parameters, output_folder, read_settings
+from .options import add_parameters, output_path, read_settings
 from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
@@ -71,7 +71,7 @@ def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
         if len(texts) > 1:
             raise BaxterDynamicsError(f'--output: expected a folder for {len(texts)} files')
         texts, path = {path.name: text for text in texts.values()}, path.parent
-    folder = output_folder('--output', path)
+    folder = output_path('--output', path)
     for file in map(folder.joinpath, texts):
         is_exported = False
         with suppress(OSError):

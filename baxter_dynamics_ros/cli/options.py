@@ -100,57 +100,34 @@ def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, list[Reco
     return PredictorSettings.from_parameters(values), recordings
 
 
-def output_folder(option: str, output: str | Path, force: bool = True,
-                  inputs: Iterable[str] = ()) -> Path:
-    """Return the absolute path of an output folder, which may not exist yet."""
-    path = Path(output).expanduser().resolve()
-    existing = next(place for place in (path, *path.parents) if os.path.lexists(place))
-    if not existing.is_dir():
-        raise BaxterDynamicsError(f'{option}: {existing} is not a folder')
-    return _checked(option, path, existing, force, inputs)
+def output_path(option: str, output: str | Path, endings: tuple[str, ...] = (),
+                force: bool | None = True, inputs: Iterable[str] = ()) -> Path:
+    """
+    Return the absolute path of an output: a file with one of the endings, or a folder.
 
-
-def output_file(option: str, output: str | Path, endings: tuple[str, ...], force: bool = True,
-                inputs: Iterable[str] = ()) -> Path:
-    """Return the absolute path of an output file with one of the endings."""
+    Raises BaxterDynamicsError if it cannot be written, belongs to an input, or exists and may not
+    be replaced; None as ``force`` means that the command has no such option.
+    """
     path = Path(output).expanduser().resolve()
-    if path.suffix.lower() not in endings:
+    if endings and path.suffix.lower() not in endings:
         raise BaxterDynamicsError(
             f'{option}: expected a name ending in {" or ".join(endings)}, got {path.name}')
-    if not path.parent.is_dir():
-        raise BaxterDynamicsError(f'{option}: no folder {path.parent}')
-    if path.is_dir():
+    folder = path.parent if endings else next(
+        place for place in (path, *path.parents) if os.path.lexists(place))
+    if not folder.is_dir():
+        raise BaxterDynamicsError(f'{option}: {folder} is not a folder')
+    if endings and path.is_dir():
         raise BaxterDynamicsError(f'{option}: {path} is a folder')
-    return _checked(option, path, path.parent, force, inputs)
-
-
-def _checked(option: str, path: Path, folder: Path, force: bool, inputs: Iterable[str]) -> Path:
-    """Return a path that can be written, is none of the inputs and may be replaced."""
     try:
         tempfile.TemporaryFile(dir=folder).close()
+        exists = path.is_file() or path.is_dir() and any(path.iterdir())
     except OSError as error:
         raise BaxterDynamicsError(
             f'{option}: {folder} cannot be written ({error.strerror})') from None
-    if path.is_file() or path.is_dir() and any(path.iterdir()):
-        for source in (Path(name).expanduser() for name in inputs):
-            if source.exists() and (path.is_relative_to(source.resolve())
-                                    or path.samefile(source)):
-                raise BaxterDynamicsError(f'{option}: {path} belongs to the input {source}')
-        if not force:
-            raise BaxterDynamicsError(f'{option}: {path} exists; choose another name, or replace '
-                                      'it with --force')
-    return path
-
-
-def new_folder(output: str) -> Path:
-    """Create the folder of ``--output``, which may exist if it is empty, and return its path."""
-    path = Path(output).expanduser().resolve()
-    try:
-        path.mkdir(exist_ok=True)
-        is_empty = not any(path.iterdir())
-    except OSError as error:
-        raise BaxterDynamicsError(
-            f'--output: {path} cannot be created ({error.strerror})') from None
-    if not is_empty:
-        raise BaxterDynamicsError(f'--output: {path} is not empty; name a new folder')
+    for source in (Path(name).expanduser() for name in inputs if exists):
+        if source.exists() and (path.is_relative_to(source.resolve()) or path.samefile(source)):
+            raise BaxterDynamicsError(f'{option}: {path} belongs to the input {source}')
+    if exists and not force:
+        raise BaxterDynamicsError(f'{option}: {path} exists; choose another name'
+                                  + ('' if force is None else ', or replace it with --force'))
     return path

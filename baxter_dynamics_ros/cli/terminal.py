@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 import io
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
-from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -73,21 +71,16 @@ def table(columns: Sequence[str]) -> Table:
     return result
 
 
-def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]],
+def show_table(columns: Sequence[str], rows: Iterable[Sequence[Any]], decimals: int = 3,
                bold_last: bool = False) -> None:
-    """Print a table; see :func:`table`."""
+    """Print a table of texts and numbers; see :func:`table`."""
     result = table(columns)
     for row in rows:
-        result.add_row(*map(printable, row),
-                       style='bold' if bold_last and row is rows[-1] else None)
+        result.add_row(*(f'{cell:.{decimals}f}' if isinstance(cell, float) else printable(cell)
+                         for cell in row))
+    if bold_last:
+        result.rows[-1].style = 'bold'
     show(result)
-
-
-def show_joints(columns: Mapping[str, Array]) -> None:
-    """Print a table of named columns (7,), with a row per joint."""
-    show_table(('joint', *columns), [
-        (joint, *(f'{column[i]:.3f}' for column in columns.values()))
-        for i, joint in enumerate(JOINTS)])
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 import argparse
 
-from .options import add_predictor, number, output_file
+from .options import add_predictor, number, output_path
 
 DESCRIPTION = (
     'Show the output of a running torque_predictor: measured and predicted effort, residual, '
@@ -29,7 +29,7 @@ def main(args: argparse.Namespace) -> int:
     from .listener import Listener
     from .monitor import Monitor
     from .watch_view import save, watch
-    figure = output_file('--save', args.save, ('.svg',)) if args.save else None
+    figure = output_path('--save', args.save, ('.svg',)) if args.save else None
     with Listener('watch') as listener:
         monitor = Monitor(listener, args.node, args.topic, args.arm)
         try:

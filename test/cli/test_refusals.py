@@ -14,7 +14,7 @@ REFUSALS = [  # arguments, reason
     ('calibrate run --plan', '--plan takes no recordings'),
     ('calibrate run -o robot.txt',
      '--output: expected a name ending in .yaml or .yml, got robot.txt'),
-    ('calibrate run -o file/r.yaml', '--output: no folder {here}/file'),
+    ('calibrate run -o file/r.yaml', '--output: {here}/file is not a folder'),
     ('calibrate run -o folder.yaml', '--output: {here}/folder.yaml is a folder'),
     ('calibrate run -o folder.yml', '--output: {here}/folder.html is a folder'),
     ('calibrate run -o report.yaml', '--output: {here}/report.html ' + TAKEN),

@@ -46,4 +46,4 @@ def test_says_why_when_no_prediction_arrives(domain, tmp_path):
 
 
 def test_refuses_a_figure_that_it_cannot_save_before_it_starts(refused):
-    assert refused('demo', '--output', '/nowhere/demo.png') == '--output: no folder /nowhere'
+    assert refused('demo', '--output', '/nowhere/demo.png') == '--output: /nowhere is not a folder'

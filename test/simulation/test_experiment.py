@@ -100,9 +100,9 @@ def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys, monkeypa
 
 
 @pytest.mark.parametrize('verb, output, problem', [
-    ('experiment lift', '.', 'is not empty'),
-    ('experiment lift', 'nowhere/below', 'cannot be created'),
-    ('calibrate --plan', 'notes', 'cannot be created')])
+    ('experiment lift', '.', 'exists; choose another name'),
+    ('experiment lift', 'notes/below', 'notes is not a folder'),
+    ('calibrate --plan', 'notes', 'notes is not a folder')])
 def test_refuses_a_folder_that_is_not_new(tmp_path, capsys, verb, output, problem):
     (tmp_path / 'notes').write_text('mine')
     assert main([*verb.split(), '-o', str(tmp_path / output)]) == 1
