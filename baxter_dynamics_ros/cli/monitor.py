@@ -1,7 +1,7 @@
 """Running predictors and their recent messages."""
 
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 import math
 import os
 import time
@@ -15,6 +15,7 @@ from std_msgs.msg import Bool
 
 from .listener import Listener
 from ..model.arrays import Array
+from ..model.effort import BAND
 from ..model.joints import JOINTS, SIDES
 from ..nodes import topics
 from ..nodes.messages import stamp_ns
@@ -24,10 +25,13 @@ _STATUS_STALE_AFTER = 3.0  # [s]; they are published once a second
 _RATE_WINDOW = 2.0  # [s]
 _DISCOVERY_PERIOD = 0.5  # [s]
 _GRACE = 2.0  # [s] before a missing predictor is reported
-# Topic below the predictor's name -> type. Joint states and diagnostics come from other topics.
-_TOPICS = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
+# Topic -> type; names without a slash are below the predictor's name.
+_TOPICS = {topics.JOINT_STATES: JointState, topics.DIAGNOSTICS: DiagnosticArray,
+           topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
            topics.RESIDUAL_DEVIATION: JointState, topics.EXTERNAL_EFFORT: JointState,
            topics.EXTERNAL_WRENCH: WrenchStamped, topics.CONTACT: Bool}
+_RATES = {'predictions': topics.PREDICTED_EFFORT, 'residuals': topics.EFFORT_RESIDUAL,
+          'joint states': topics.JOINT_STATES}
 
 
 class Predictor:
@@ -67,14 +71,25 @@ class Predictor:
         recent = self._recent[topic]
         return recent[-1][1] if recent and now - recent[-1][0] <= _STALE_AFTER else None
 
-    def rate(self, topic: str, now: float) -> float:
+    def rates(self, now: float) -> str:
+        """Return the rates of the topics, and the delay of the residual to the joint states."""
+        rates = [f'{name} {self._rate(topic, now):.1f} Hz' for name, topic in _RATES.items()]
+        measured, residual = (self.newest(topic, now)
+                              for topic in (topics.JOINT_STATES, topics.EFFORT_RESIDUAL))
+        if measured is not None and residual is not None:
+            delay = (stamp_ns(measured.header) - stamp_ns(residual.header)) * 1e-9
+            if 0.0 <= delay < 10.0:  # otherwise the clocks differ
+                rates.append(f'delay {1e3 * delay:.0f} ms')
+        return ', '.join(rates)
+
+    def _rate(self, topic: str, now: float) -> float:
         """Return the rate of a topic over the last two seconds [Hz]."""
         times = [receipt for receipt, _ in self._recent[topic] if receipt >= now - _RATE_WINDOW]
         return (len(times) - 1) / (now - times[0]) if len(times) > 1 else 0.0
 
     def efforts(self, now: float) -> Array:
         """
-        Return measured, predicted, residual and its expected deviation, (4, 7) [N m].
+        Return measured, predicted, residual and its expected range, (4, 7) [N m].
 
         All are of the newest residual; without one, the newest prediction is alone among NaN.
         """
@@ -87,16 +102,16 @@ class Predictor:
             residual = deviation = None
             predicted = self.newest(topics.PREDICTED_EFFORT, now)
         p, r, d = map(effort_by_joint, (predicted, residual, deviation))
-        return np.array([p + r, p, r, np.where(d > 0.0, d, np.nan)])
+        return np.array([p + r, p, r, BAND * np.where(d > 0.0, d, np.nan)])
 
-    def delay(self, now: float) -> float | None:
-        """Return the delay of the residual to the joint states [s]; None if unknown."""
-        measured, residual = (self.newest(topic, now)
-                              for topic in (topics.JOINT_STATES, topics.EFFORT_RESIDUAL))
-        if measured is None or residual is None:
-            return None
-        delay = (stamp_ns(measured.header) - stamp_ns(residual.header)) * 1e-9
-        return delay if 0.0 <= delay < 10.0 else None  # otherwise the clocks differ
+    def residual(self, now: float) -> str:
+        """Return which residuals lie beyond their expected range; empty if that is unknown."""
+        _, _, residual, band = self.efforts(now)
+        if np.isnan(band).all():
+            return ''
+        beyond = [joint for joint, x, limit in zip(JOINTS, residual, band) if abs(x) > limit]
+        return ('residual beyond its expected range at ' + ', '.join(beyond) if beyond else
+                'all residuals are within their expected range')
 
     def diagnostics(self, now: float) -> list[tuple[str, int, str]]:
         """Return name, level and message of the newest statuses; nothing if they are stale."""
@@ -111,6 +126,14 @@ class Predictor:
         """Return whether the arm is in contact; None if unknown."""
         newest = self.newest(topics.CONTACT, now)
         return None if newest is None else newest.data
+
+    def contact(self, now: float) -> str:
+        """Return the state of contact: joints and duration."""
+        in_contact = self.in_contact(now)
+        if not in_contact:
+            return 'contact unknown' if in_contact is None else 'no contact'
+        joints = ', '.join(self.contact_joints(now)) or 'joints not yet known'
+        return f'CONTACT for {now - self.contact_since:.1f} s: {joints}'
 
     def contact_joints(self, now: float) -> list[str]:
         """Return the joints in contact, as far as the diagnostics have reported them."""
@@ -142,8 +165,6 @@ class Monitor:
         self._others: set[str] = set()  # predictors of other names
         self._started = time.monotonic()
         self._discovered = -math.inf  # monotonic time of the last discovery [s]
-        self._subscribe(JointState, joint_states, topics.JOINT_STATES, self._predictors)
-        self._subscribe(DiagnosticArray, topics.DIAGNOSTICS, topics.DIAGNOSTICS, self._predictors)
 
     def ticks(self, period: float, duration: float,
               is_done: Callable[[], bool] = lambda: False) -> Iterator[float]:
@@ -185,20 +206,17 @@ class Monitor:
         if time.monotonic() - self._discovered < _DISCOVERY_PERIOD:
             return
         self._discovered = time.monotonic()
-        node, ending = self._listener.node, '/' + topics.PREDICTED_EFFORT
         namespace, _, name = self._name.rpartition('/')
         ours = {self._name, *(f'{namespace}/{side}/{name}' for side in SIDES)}
-        running = {topic.removesuffix(ending) for topic, _ in node.get_topic_names_and_types()
-                   if topic.endswith(ending) and node.count_publishers(topic)}
+        running = self._listener.predictors()
         self._others = running - ours
         for found in sorted(running & ours - self._predictors.keys()):
             self._predictors[found] = Predictor(found)
-            for topic, kind in _TOPICS.items():
-                self._subscribe(kind, f'{found}/{topic}', topic, [found])
+            for topic in _TOPICS:
+                self._subscribe(self._predictors[found], topic)
 
-    def _subscribe(self, kind: type, name: str, topic: str, predictors: Iterable[str]) -> None:
-        """Let predictors receive the messages of a topic, by its name in ROS."""
-        def receive(message: Any) -> None:
-            for each in predictors:
-                self._predictors[each].receive(topic, message, time.monotonic())
-        self._listener.subscribe(kind, name, receive)
+    def _subscribe(self, predictor: Predictor, topic: str) -> None:
+        names = {topics.JOINT_STATES: self._topic, topics.DIAGNOSTICS: topics.DIAGNOSTICS}
+        self._listener.subscribe(
+            _TOPICS[topic], names.get(topic, f'{predictor.name}/{topic}'),
+            lambda message: predictor.receive(topic, message, time.monotonic()))

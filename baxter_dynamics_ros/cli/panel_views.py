@@ -18,7 +18,6 @@ import yourdfpy  # type: ignore[import-untyped]
 
 from ..model.arm import BaxterArm
 from ..model.arrays import Array
-from ..model.effort import BAND
 from ..model.joints import joint_names, JOINTS, mount, SIDES
 from ..model.lagrange_euler import link_transform
 
@@ -99,10 +98,8 @@ class Scene:
                 file = folder / visual.geometry.mesh.filename.split('baxter_description/')[-1]
                 pose = np.eye(4) if visual.origin is None else visual.origin
                 for i, (vertices, faces, color) in enumerate(_load(file)):
-                    mesh = self._scene.add_mesh_simple(
-                        f'{path}/mesh{i}', vertices @ pose[:3, :3].T + pose[:3, 3], faces,
-                        color=color)
-                    self._meshes.setdefault(moved_by, []).append((mesh, color))
+                    self._add_mesh(f'{path}/mesh{i}', vertices @ pose[:3, :3].T + pose[:3, 3],
+                                   faces, color, moved_by)
         for joint in (each for each in urdf.joint_map.values() if each.parent == link):
             below, name = f'{path}/{joint.child}', joint.name if joint.name in _ARM_JOINTS else ''
             self._add_frame(below, np.eye(4) if joint.origin is None else joint.origin, name)
@@ -116,6 +113,11 @@ class Scene:
         if joint:
             self._joints[joint] = frame, rotation
 
+    def _add_mesh(self, path: str, vertices: Array, faces: Array, color: Color,
+                  moved_by: str) -> None:
+        mesh = self._scene.add_mesh_simple(path, vertices, faces, color=color)
+        self._meshes.setdefault(moved_by, []).append((mesh, color))
+
     def _add_capsules(self) -> None:
         """Add a capsule along each link of the arms, for want of meshes."""
         for side, arm in self._arms.items():
@@ -128,10 +130,9 @@ class Scene:
                 turn = align_vectors((0.0, 0.0, 1.0), end)  # type: ignore[no-untyped-call]
                 shape = trimesh.creation.capsule(np.linalg.norm(end), _RADIUS, transform=turn)
                 # Centred here, because the origin of capsules depends on the version of trimesh.
-                mesh = self._scene.add_mesh_simple(
-                    f'{path}/capsule', shape.vertices - shape.bounds.mean(axis=0) + end / 2.0,
-                    shape.faces, color=_PLAIN)
-                self._meshes[joint] = [(mesh, _PLAIN)]
+                center = shape.bounds.mean(axis=0) - end / 2.0
+                self._add_mesh(f'{path}/capsule', shape.vertices - center, shape.faces, _PLAIN,
+                               joint)
 
 
 def force_of(wrench: WrenchStamped) -> Array:
@@ -213,9 +214,7 @@ class Charts:
     def show(self, now: float) -> None:
         """Update all charts."""
         time = np.array([receipt for receipt, _ in self._rows]) - now
-        measured, predicted, residual, deviation = np.stack(
-            [row for _, row in self._rows], axis=-1)
-        band = BAND * deviation
+        measured, predicted, residual, band = np.stack([row for _, row in self._rows], axis=-1)
         for i, (residuals, efforts) in enumerate(zip(self._residuals, self._efforts)):
             efforts.update('', time, np.array([measured[i], predicted[i]]))
             residuals.update(_judged(residual[i, -1], band[i, -1]), time,

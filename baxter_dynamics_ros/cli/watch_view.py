@@ -22,7 +22,6 @@ from rich.text import Text
 from .monitor import effort_by_joint, Monitor, Predictor
 from .terminal import plain_console, printable, say, show, table
 from ..files import write_file
-from ..model.effort import BAND
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 from ..nodes import topics
@@ -80,8 +79,8 @@ def view(predictor: Predictor, now: float) -> Group:
         diagnostics.add_row(printable(name), Text(*_LEVELS[level]), printable(text))
     if not diagnostics.row_count:
         diagnostics.add_row(Text('no diagnostics', 'magenta'))
-    return Group(title.append(f' {_contact(predictor, now)} ', style),
-                 Text(_rates(predictor, now)), _joint_table(predictor, now),
+    return Group(title.append(f' {predictor.contact(now)} ', style),
+                 Text(predictor.rates(now)), _joint_table(predictor, now),
                  Text(printable(predictor.explanation(now)), 'bold'), diagnostics)
 
 
@@ -92,9 +91,9 @@ def line(predictor: Predictor, now: float) -> str:
     diagnostics = predictor.diagnostics(now)
     problems = ', '.join(f'{name} {_LEVELS[level][0]}' for name, level, _ in diagnostics if level)
     return '; '.join([
-        f'{predictor.side or "unknown"} arm: {_contact(predictor, now)}',
+        f'{predictor.side or "unknown"} arm: {predictor.contact(now)}',
         'no residual' if math.isnan(residual[0]) else f'residual [N m] {values}',
-        _rates(predictor, now),
+        predictor.rates(now),
         problems or ('diagnostics OK' if diagnostics else 'no diagnostics')])
 
 
@@ -118,9 +117,8 @@ def _joint_table(predictor: Predictor, now: float) -> Table:
     result = table(_COLUMNS)
     touched = predictor.contact_joints(now)
     external = effort_by_joint(predictor.newest(topics.EXTERNAL_EFFORT, now))
-    for joint, measured, predicted, residual, deviation, torque in zip(
+    for joint, measured, predicted, residual, band, torque in zip(
             JOINTS, *predictor.efforts(now), external):
-        band = BAND * deviation
         style = 'bold red' if abs(residual) > band else ''
         result.add_row(joint, _number(measured), _number(predicted),
                        Text(_number(residual), style),
@@ -135,24 +133,6 @@ def _number(value: float) -> str:
     if not math.isfinite(value):
         return '-'
     return f'{value:+.2f}' if abs(value) < 1e5 else f'{value:+.1e}'
-
-
-def _contact(predictor: Predictor, now: float) -> str:
-    """Return the state of contact: joints and duration."""
-    in_contact = predictor.in_contact(now)
-    if not in_contact:
-        return 'contact unknown' if in_contact is None else 'no contact'
-    joints = ', '.join(predictor.contact_joints(now)) or 'joints not yet known'
-    return f'CONTACT for {now - predictor.contact_since:.1f} s: {joints}'
-
-
-def _rates(predictor: Predictor, now: float) -> str:
-    """Return the rates of the topics, and the delay of the residual."""
-    rates = [f'{name} {predictor.rate(topic, now):.1f} Hz' for name, topic in (
-        ('predictions', topics.PREDICTED_EFFORT), ('residuals', topics.EFFORT_RESIDUAL),
-        ('joint states', topics.JOINT_STATES))]
-    delay = predictor.delay(now)
-    return ', '.join(rates + ([] if delay is None else [f'delay {1e3 * delay:.0f} ms']))
 
 
 def _wait_for_data(monitor: Monitor, duration: float) -> None:

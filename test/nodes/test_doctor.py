@@ -39,8 +39,7 @@ def rows(n, **changes):
 @pytest.fixture
 def doctor(domain, monkeypatch, capsys):
     """Return a function that runs a quick doctor: exit code, and lines by the steps' names."""
-    for module in ('doctor', 'doctor_ros2'):
-        monkeypatch.setattr(f'baxter_dynamics_ros.cli.{module}._LOOK', 1.0)
+    monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._LOOK', 1.0)
 
     def run(*arguments):
         code = main(['doctor', *arguments])
@@ -78,7 +77,7 @@ def test_every_step_passes_from_a_robot_to_the_residual(doctor, start, tmp_path)
 
 
 def test_without_an_address_it_checks_ros_2_alone(doctor, monkeypatch):
-    monkeypatch.setattr('baxter_dynamics_ros.cli.doctor_ros2._PATIENCE', 0.5)
+    monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._PATIENCE', 0.5)
     code, lines = doctor()
     assert code == 1 and list(lines) == ['ROS 2', 'ROS 2 topic']
     assert 'start joint_state_bridge' in lines['ROS 2 topic'][1]
