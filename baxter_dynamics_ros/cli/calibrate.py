@@ -46,13 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Fit the effort model, print the improvement, and write the parameter file and the report."""
-    if args.plan and args.bags:
-        raise BaxterDynamicsError('--plan takes no recordings')
+    if args.plan == bool(args.bags):
+        raise BaxterDynamicsError('expected either a recording, or --plan to make one')
     if args.plan:
-        _plan(args)
-        return 0
-    if not args.bags:
-        raise BaxterDynamicsError('expected a recording, or --plan to make one')
+        return _plan(args)
     from ..calibration.calibrate_robot import calibrate
     from ..recordings.parameter_file import write_parameters
     from ..report.calibration_report import write_calibration
@@ -106,7 +103,7 @@ def _print(result: Calibration) -> None:
         ('after', *result.total.after)], bold_last=True)
 
 
-def _plan(args: argparse.Namespace) -> None:
+def _plan(args: argparse.Namespace) -> int:
     """Print the exciting trajectory, record it on the fake Baxter, and write it to files."""
     import numpy as np
     from .experiment import BAG, record_bag
@@ -132,3 +129,4 @@ def _plan(args: argparse.Namespace) -> None:
         f'trajectory_msgs/JointTrajectory for FollowJointTrajectory: {trajectory}',
         'Keep 1.2 m around the arm clear, and move both arms to the first waypoint by hand: '
         'the move to the first waypoint is not collision-checked.')
+    return 0

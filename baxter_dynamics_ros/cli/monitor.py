@@ -7,7 +7,7 @@ import os
 import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
 from sensor_msgs.msg import JointState
@@ -42,18 +42,15 @@ class Predictor:
         self.side = ''  # 'right' or 'left', by the names of the joints; '' if unknown
         self.contact_since = -math.inf
         self._recent: dict[str, deque[tuple[float, Any]]] = defaultdict(deque)  # by topic
-        self._statuses: list[DiagnosticStatus] = []
-        self._reported = -math.inf  # time of the statuses
 
     def receive(self, topic: str, message: Any, now: float) -> None:
         """Receive a message; ignore those of other arms and nodes."""
         if topic == topics.DIAGNOSTICS:
-            statuses = [status for status in message.status
-                        if status.name.startswith(self.name.lstrip('/') + ': ')]
-            if statuses:
-                self._statuses, self._reported = statuses, now
-            return
-        if topic == topics.PREDICTED_EFFORT:
+            message = [status for status in message.status
+                       if status.name.startswith(self.name.lstrip('/') + ': ')]
+            if not message:
+                return
+        elif topic == topics.PREDICTED_EFFORT:
             self.side = next((side for side in SIDES if message.name
                               and side in message.name[0].split('_')), '')
         elif topic == topics.CONTACT and message.data and not self.in_contact(now):
@@ -67,9 +64,10 @@ class Predictor:
             recent.popleft()
 
     def newest(self, topic: str, now: float) -> Any:
-        """Return the newest message of a topic; None if it is older than a second."""
+        """Return the newest message of a topic; None if it is stale."""
+        limit = _STATUS_STALE_AFTER if topic == topics.DIAGNOSTICS else _STALE_AFTER
         recent = self._recent[topic]
-        return recent[-1][1] if recent and now - recent[-1][0] <= _STALE_AFTER else None
+        return recent[-1][1] if recent and now - recent[-1][0] <= limit else None
 
     def rates(self, now: float) -> str:
         """Return the rates of the topics, and the delay of the residual to the joint states."""
@@ -107,20 +105,19 @@ class Predictor:
     def residual(self, now: float) -> str:
         """Return which residuals lie beyond their expected range; empty if that is unknown."""
         _, _, residual, band = self.efforts(now)
-        if np.isnan(band).all():
-            return ''
         beyond = [joint for joint, x, limit in zip(JOINTS, residual, band) if abs(x) > limit]
-        return ('residual beyond its expected range at ' + ', '.join(beyond) if beyond else
-                'all residuals are within their expected range')
+        if beyond:
+            return 'residual beyond its expected range at ' + ', '.join(beyond)
+        return '' if np.isnan(band).all() else 'all residuals are within their expected range'
 
     def diagnostics(self, now: float) -> list[tuple[str, int, str]]:
         """Return name, level and message of the newest statuses; nothing if they are stale."""
         return [(status.name.partition(': ')[2], min(ord(status.level), 3), status.message)
-                for status in self._statuses if now - self._reported <= _STATUS_STALE_AFTER]
+                for status in self.newest(topics.DIAGNOSTICS, now) or ()]
 
     def explanation(self, now: float) -> str:
         """Return the sentence of the diagnostics that explains the residual; may be empty."""
-        return self._value('explanation') if self.diagnostics(now) else ''
+        return self._value('explanation', now)
 
     def in_contact(self, now: float) -> bool | None:
         """Return whether the arm is in contact; None if unknown."""
@@ -137,14 +134,15 @@ class Predictor:
 
     def contact_joints(self, now: float) -> list[str]:
         """Return the joints in contact, as far as the diagnostics have reported them."""
-        if not self.in_contact(now) or self._reported < self.contact_since:
+        recent = self._recent[topics.DIAGNOSTICS]
+        if not self.in_contact(now) or not recent or recent[-1][0] < self.contact_since:
             return []
-        named = self._value('joints in contact').split(', ')
+        named = self._value('joints in contact', now).split(', ')
         return [joint for joint in JOINTS if joint in named]
 
-    def _value(self, key: str) -> str:
-        return next((pair.value for status in self._statuses for pair in status.values
-                     if pair.key == key and pair.value), '')
+    def _value(self, key: str, now: float) -> str:
+        return next((pair.value for status in self.newest(topics.DIAGNOSTICS, now) or ()
+                     for pair in status.values if pair.key == key and pair.value), '')
 
 
 def effort_by_joint(message: JointState | None) -> Array:

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 import os
 from pathlib import Path
 import tempfile
@@ -20,14 +21,11 @@ def number(low: float, high: float, unit: str = '',
            parse: Callable[[str], Any] = float) -> Callable[[str], Any]:
     """Return an argparse type for a number from low to high, in a unit."""
     def check(text: str) -> Any:
-        try:
-            value = parse(text)
-        except ValueError:
-            value = float('nan')
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f'expected {low} to {high}{unit and " "}{unit}, '
-                                             f'got {text}')
-        return value
+        with suppress(ValueError):
+            if low <= (value := parse(text)) <= high:
+                return value
+        raise argparse.ArgumentTypeError(
+            f'expected {low} to {high}{unit and " "}{unit}, got {text}')
     return check
 
 

@@ -68,14 +68,14 @@ class Page:
         with self._server.atomic():
             if shown:
                 self._update_scene(shown[0], now)
-                self._charts.add(shown[0].efforts(now), now)
+                self._charts.rows.append((now, shown[0].efforts(now)))
                 self._buttons.update(shown[0].name)
             if is_slow and self._server.get_clients():
                 problem = monitor.problem(now)
                 self._summary.content = (_paragraph(problem, _LEVELS[1]) if problem else
                                          _summary(shown[0], now))
                 if shown:
-                    self._charts.show(now)
+                    self._charts.update(now)
                     self._diagnostics.content = _diagnostics(shown[0], now)
 
     def _update_scene(self, predictor: Predictor, now: float) -> None:

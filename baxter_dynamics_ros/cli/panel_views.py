@@ -33,6 +33,7 @@ _LONGEST = 0.6  # of the arrow [m]
 _SMALLEST = 1.0  # force that is drawn [N]
 
 _WINDOW = 30.0  # of the charts [s]
+_ROWS = 450  # of the page's period in this time
 _LOWEST = 0.2  # height of a scale [N m]
 _GRAY, _BLUE, _RED = '#8a949e', '#1f77c9', '#d1402b'
 _CLEAR, _SHADE = 'rgba(0, 0, 0, 0)', 'rgba(31, 119, 201, 0.16)'
@@ -46,7 +47,6 @@ class Scene:
         self._arms = {side: BaxterArm(mount=mount(side)) for side in SIDES}
         self._joints: dict[str, tuple[viser.FrameHandle, SO3]] = {}  # and rotation at 0 rad
         self._meshes: dict[str, list[tuple[viser.MeshHandle, Color]]] = {}  # by joint
-        self._touched: set[str] = set()
         self._scene.set_up_direction('+z')
         self._scene.add_grid('/floor', width=4.0, height=4.0, position=(0.0, 0.0, -0.92),
                              cell_color=(220, 224, 228), section_color=(196, 202, 208))
@@ -72,10 +72,9 @@ class Scene:
 
     def touch(self, names: set[str]) -> None:
         """Colour the links behind joints that are in contact."""
-        for name in names ^ self._touched:
-            for mesh, color in self._meshes.get(name, ()):
+        for name, meshes in self._meshes.items():
+            for mesh, color in meshes:
                 mesh.color = _TOUCHED if name in names else color
-        self._touched = names
 
     def push(self, side: str, q: Array, wrench: WrenchStamped | None) -> None:
         """Draw a force, if any, at the hand; its axes are the base's or the hand's."""
@@ -193,7 +192,8 @@ class Charts:
     """Tabs with the residual and the effort of each joint."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._rows: deque[tuple[float, Array]] = deque()  # monotonic time [s], efforts (4, 7)
+        # Monotonic time [s] and efforts (4, 7) of a predictor.
+        self.rows: deque[tuple[float, Array]] = deque(maxlen=_ROWS)
         self.tabs = gui.add_tab_group()
         with self.tabs.add_tab('Residual'):
             gui.add_html(_caption(f'<i style="color:{_RED}">measured − predicted</i> effort in '
@@ -205,16 +205,10 @@ class Charts:
                                   f'<i style="color:{_BLUE}">predicted</i> effort in N m'))
             self._efforts = [Chart(gui, joint, (_GRAY, _BLUE), None) for joint in JOINTS]
 
-    def add(self, efforts: Array, now: float) -> None:
-        """Add the efforts (4, 7) of a predictor at monotonic time now [s]."""
-        self._rows.append((now, efforts))
-        while self._rows[0][0] < now - _WINDOW:
-            self._rows.popleft()
-
-    def show(self, now: float) -> None:
-        """Update all charts."""
-        time = np.array([receipt for receipt, _ in self._rows]) - now
-        measured, predicted, residual, band = np.stack([row for _, row in self._rows], axis=-1)
+    def update(self, now: float) -> None:
+        """Show the rows at monotonic time now [s]."""
+        time = np.array([receipt for receipt, _ in self.rows]) - now
+        measured, predicted, residual, band = np.stack([row for _, row in self.rows], axis=-1)
         for i, (residuals, efforts) in enumerate(zip(self._residuals, self._efforts)):
             efforts.update('', time, np.array([measured[i], predicted[i]]))
             residuals.update(_judged(residual[i, -1], band[i, -1]), time,
