@@ -1,4 +1,4 @@
-"""Files of a bag, read by mcap and rosbags, and the reasons why they cannot be read."""
+"""Files of a bag, read by mcap and rosbags, or the reason why they cannot be read."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -45,39 +45,121 @@ Messages = Iterator[tuple[Channel, int, bytes]]  # channel, time of recording [n
 BagFile: TypeAlias = '_McapFile | _RosbagsFile'
 
 
-def open_bag(path: Path, stack: ExitStack) -> tuple[list[BagFile], bool]:
+class _Kind(NamedTuple):
+    start: bytes  # of every such file
+    noun: str
+    storage: str = ''  # its name in rosbag2
+    repair: str = ''  # command
+
+
+_MCAP = _Kind(b'\x89MCAP', 'an MCAP file', 'mcap', 'mcap recover {} -o repaired.mcap')
+_ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', repair='rosbag reindex {}')
+_KINDS = {'.mcap': _MCAP, '.bag': _ROS1, '.active': _ROS1,
+          '.db3': _Kind(b'SQLite format 3\0', 'an SQLite file', 'sqlite3',
+                        'sqlite3 {} .recover | sqlite3 repaired.db3'),
+          '.zstd': _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file')}
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn exceptions, which the libraries raise of any type for a damaged file, into BagError."""
+    try:
+        yield
+    except BagError:
+        raise
+    except (FileNotFoundError, NotADirectoryError):
+        raise BagError(f'{path}: no such file or folder') from None
+    except PermissionError as error:
+        raise BagError(f'{error.filename}: permission denied; make it readable') from None
+    except Exception as error:
+        reason = ' '.join(str(error).split()).rstrip('.') or type(error).__name__
+        repair = _KINDS[path.suffix].repair if path.suffix in _KINDS else ''
+        advice = f'; if it is damaged: `{repair.format(path)}`' if repair else ''
+        raise BagError(f'{path}: cannot be read ({reason}){advice}') from None
+
+
+def open_bag(path: Path, stack: ExitStack) -> tuple[dict[Path, BagFile], bool]:
     """
     Return the files of a bag, open until the stack closes, and whether messages are compressed.
 
     A bag is a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
     """
-    files, is_compressed = _read_metadata(path) if path.is_dir() else ([path], False)
-    return [_open(file, stack) for file in files], is_compressed
+    files, is_compressed = [path], False
+    if path.is_dir():
+        files, is_compressed = _files_of(path)
+    elif path.suffix not in _KINDS:
+        raise BagError(f'{path}: ' + (
+            f'is part of a bag: name the folder {path.parent}'
+            if (path.parent / _METADATA).exists() else
+            'is not a bag: expected a rosbag2 folder, or a file ending in .mcap, .mcap.zstd, '
+            '.db3, .bag, .npz or .csv'))
+    return {file: _open(file, stack) for file in files}, is_compressed
 
 
-@contextmanager
-def reading(path: Path) -> Iterator[None]:
-    """Turn the exceptions of the libraries, which are of any type, into BagError."""
+def _files_of(folder: Path) -> tuple[list[Path], bool]:
+    """Return the files of a rosbag2 folder, and whether each message is compressed."""
+    metadata = folder / _METADATA
+    if not metadata.exists():
+        raise BagError(f'{folder}: {_without_metadata(folder)}')
+    text = metadata.read_bytes()
     try:
-        yield
-    except Exception as error:
-        raise _bag_error(path, error) from None
+        content = yaml.safe_load(text)['rosbag2_bagfile_information']
+        files = [folder / Path(name).name for name in content['relative_file_paths']]
+        is_compressed = str(content.get('compression_mode') or '').lower() == 'message'
+    except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        raise BagError(f'{metadata}: is not the metadata of a bag: `ros2 bag reindex {folder}` '
+                       'writes a new one') from None
+    missing = ', '.join(file.name for file in files if not file.exists())
+    if missing:
+        raise BagError(f'{folder}: {_METADATA} lists files that are missing: {missing}; restore '
+                       f'them, or remove them from the list: `ros2 bag reindex {folder}`')
+    return files, is_compressed
+
+
+def _without_metadata(folder: Path) -> str:
+    """Return what a folder without metadata lacks; raise BagError if a file in it is damaged."""
+    files = sorted(file for file in folder.iterdir() if file.suffix in ('.mcap', '.db3'))
+    for file in files:
+        _check(file)
+    if files:
+        return (f'has no {_METADATA}{_KILLED}: `ros2 bag reindex -s '
+                f'{_KINDS[files[0].suffix].storage} {folder}` writes it')
+    bags = ', '.join(sorted(path.parent.name for path in folder.glob(f'*/{_METADATA}')))
+    choice = f'; choose one of the bags in it: {bags}' if bags else ''
+    return f'is not a bag: it has no {_METADATA}{choice}'
+
+
+def _check(file: Path) -> None:
+    """Raise BagError if a file is empty, of another kind than its name says, or truncated."""
+    kind = _KINDS[file.suffix]
+    with file.open('rb') as stream:
+        start = stream.read(16)
+        stream.seek(-len(start), os.SEEK_END)
+        end = stream.read()
+    if not start:
+        raise BagError(f'{file}: is empty')
+    if not start.startswith(kind.start):
+        raise BagError(f'{file}: is not {kind.noun}, despite its name')
+    if kind is _MCAP and not end.endswith(start[:8]):
+        raise BagError(f'{file}: is truncated{_KILLED}: `{kind.repair.format(file)}`')
+    log = file.with_name(file.name + '-wal')
+    if file.suffix == '.db3' and log.is_file() and log.stat().st_size:
+        raise BagError(f'{file}: its last messages are in {log.name}{_KILLED}: '
+                       f'`sqlite3 {file} "PRAGMA wal_checkpoint(TRUNCATE)"` adds them')
 
 
 def _open(path: Path, stack: ExitStack) -> BagFile:
-    log = path.with_name(path.name + '-wal')
-    if path.suffix == '.db3' and log.is_file() and log.stat().st_size:
-        raise BagError(f'{path}: its last messages are in {log.name}{_KILLED}: '
-                       f'`sqlite3 {path} "PRAGMA wal_checkpoint(TRUNCATE)"` adds them')
-    folder = Path(stack.enter_context(TemporaryDirectory()))
-    if path.suffix == '.zstd':
-        with path.open('rb') as source, (folder / path.stem).open('wb') as target:
-            zstandard.ZstdDecompressor().copy_stream(source, target)
-        path = folder / path.stem
-    elif path.suffix == '.db3':  # rosbags opens files by URIs, in which ?, # and % are syntax
-        (folder / 'link.db3').symlink_to(path.resolve())
-        path = folder / 'link.db3'
-    return (_McapFile if path.suffix == '.mcap' else _RosbagsFile)(path, stack)
+    with reading(path):
+        _check(path)
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        if path.suffix == '.zstd':
+            with path.open('rb') as source, (folder / path.stem).open('wb') as target:
+                zstandard.ZstdDecompressor().copy_stream(source, target)
+            path = folder / path.stem
+        elif path.suffix == '.db3':  # rosbags opens files by URIs, in which ?, # and % are syntax
+            (folder / 'link.db3').symlink_to(path.resolve())
+            path = folder / 'link.db3'
+        return (_McapFile if path.suffix == '.mcap' else _RosbagsFile)(path, stack)
 
 
 class _RosbagsFile:
@@ -146,90 +228,3 @@ def _ros2_name(name: str) -> str:
     """Return the name of a type as ROS 2 writes it; ROS 1 writes 'package/Name'."""
     package, _, rest = name.partition('/')
     return f'{package}/msg/{rest}' if rest and '/' not in rest else name
-
-
-def _read_metadata(folder: Path) -> tuple[list[Path], bool]:
-    """Return the files of a rosbag2 folder, and whether each message is compressed."""
-    text = (folder / _METADATA).read_bytes()
-    try:
-        content = yaml.safe_load(text)['rosbag2_bagfile_information']
-        return ([folder / Path(name).name for name in content['relative_file_paths']],
-                str(content.get('compression_mode') or '').lower() == 'message')
-    except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError,
-            RecursionError):
-        raise BagError(f'{folder / _METADATA}: is not the metadata of a bag: `ros2 bag reindex '
-                       f'{folder}` writes a new one') from None
-
-
-class _Kind(NamedTuple):
-    start: bytes  # of every such file
-    noun: str
-    storage: str = ''  # its name in rosbag2
-    repair: str = ''  # command
-
-
-_MCAP = _Kind(b'\x89MCAP', 'an MCAP file', 'mcap', 'mcap recover {} -o repaired.mcap')
-_ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', repair='rosbag reindex {}')
-_KINDS = {'.mcap': _MCAP, '.bag': _ROS1, '.active': _ROS1,
-          '.db3': _Kind(b'SQLite format 3\0', 'an SQLite file', 'sqlite3',
-                        'sqlite3 {} .recover | sqlite3 repaired.db3'),
-          '.zstd': _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file')}
-
-
-def _bag_error(path: Path, error: Exception) -> BagError:
-    """Return an error that says in one line why a bag cannot be read, with a remedy."""
-    if isinstance(error, BagError):
-        return error
-    files: list[Path] = []
-    try:
-        files = sorted(file for file in (path.iterdir() if path.is_dir() else [path])
-                       if file.suffix in _KINDS)
-        problem = _folder_problem(path, files) if path.is_dir() else _file_problem(path)
-    except (FileNotFoundError, NotADirectoryError):
-        problem = f'{path}: no such file or folder'
-    except PermissionError as denied:
-        problem = f'{denied.filename}: permission denied; make it readable'
-    except OSError as failure:
-        problem = f'{path}: cannot be read ({failure.strerror})'
-    if problem:
-        return BagError(problem)
-    reason = ' '.join(str(error).split()).rstrip('.') or type(error).__name__
-    repair = _KINDS[files[0].suffix].repair.format(files[0] if len(files) == 1 else 'FILE') if (
-        files) else ''
-    advice = f'; if it is damaged: `{repair}`' if repair else ''
-    return BagError(f'{path}: cannot be read ({reason}){advice}')
-
-
-def _folder_problem(folder: Path, files: list[Path]) -> 'str | None':
-    problem = next(filter(None, map(_file_problem, files)), None)
-    if (folder / _METADATA).exists():
-        missing = [file.name for file in _read_metadata(folder)[0] if not file.exists()]
-        return problem if not missing else (
-            f'{folder}: {_METADATA} lists files that are missing: {", ".join(missing)}; restore '
-            f'them, or remove them from the list: `ros2 bag reindex {folder}`')
-    if files:
-        return problem or (f'{folder}: has no {_METADATA}{_KILLED}: `ros2 bag reindex -s '
-                           f'{_KINDS[files[0].suffix].storage} {folder}` writes it')
-    bags = ', '.join(sorted(path.parent.name for path in folder.glob(f'*/{_METADATA}')))
-    return f'{folder}: is not a bag: it has no {_METADATA}' + (
-        f'; choose one of the bags in it: {bags}' if bags else '')
-
-
-def _file_problem(file: Path) -> 'str | None':
-    with file.open('rb') as stream:
-        start = stream.read(16)
-        stream.seek(-min(file.stat().st_size, 16), os.SEEK_END)
-        end = stream.read()
-    kind = _KINDS.get(file.suffix)
-    if not start:
-        return f'{file}: is empty'
-    if kind is None:
-        if (file.parent / _METADATA).exists():
-            return f'{file}: is part of a bag: name the folder {file.parent}'
-        return (f'{file}: is not a bag: expected a rosbag2 folder, or a file ending in '
-                '.mcap, .mcap.zstd, .db3, .bag, .npz or .csv')
-    if not start.startswith(kind.start):
-        return f'{file}: is not {kind.noun}, despite its name'
-    if kind is _MCAP and not end.endswith(start[:8]):
-        return f'{file}: is truncated{_KILLED}: `{kind.repair.format(file)}`'
-    return None

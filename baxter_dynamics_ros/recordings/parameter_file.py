@@ -16,7 +16,7 @@ import yaml
 from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
-from ..model.setting import Setting
+from ..model.setting import Setting, TYPE_WORDS
 
 NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000
@@ -34,10 +34,9 @@ _BOOLEANS = {**dict.fromkeys('Y y yes Yes YES true True TRUE on On ON'.split(), 
 _INTEGER = re.compile(r'\s*[+-]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)', re.ASCII)
 _DECIMAL = re.compile(r'\s*[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|\.?inf|\.?nan)',
                       re.ASCII | re.IGNORECASE)
-# rclpy takes the first type that is set: scalars before lists, in this order.
-_KINDS = {bool: 'true or false', int: 'an integer', float: 'a number with a decimal point',
-          str: 'a string'}
-_ORDER = *_KINDS, *((kind,) for kind in _KINDS)
+# rclpy takes the first type that is set: scalars before lists.
+_TYPES = bool, int, float, str
+_ORDER = *_TYPES, *((kind,) for kind in _TYPES)
 _PART = re.compile(r'[A-Za-z_]\w*|\*\*?', re.ASCII)  # of a node's name
 
 # Node name, as written -> parameter -> type -> value; for a list, a tuple with the elements' type.
@@ -227,7 +226,7 @@ def _value(node: Any) -> Any:
     for value, element in zip(values, node.value):
         if type(value) is not type(values[0]):
             raise _RclError(f'list of mixed types: {element.value:.20} is not '
-                            f'{_KINDS[type(values[0])]}', element)
+                            f'{TYPE_WORDS[type(values[0])]}', element)
     return values
 
 

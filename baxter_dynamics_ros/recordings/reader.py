@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +58,8 @@ class BagRecording(Recording):
         """Open the bag and find topic and arm."""
         with ExitStack() as stack, reading(self.path):
             self._files, self._is_compressed = open_bag(self.path, stack)
-            self._channels = [channel for file in self._files for channel in file.channels.values()
+            self._channels = [channel for file in self._files.values()
+                              for channel in file.channels.values()
                               if channel.count]
             self._choose(*self._wanted)
             self._close = stack.pop_all().close
@@ -106,12 +106,12 @@ class BagRecording(Recording):
 
     def _play(self, topic: str) -> Iterator[JointState]:
         missing = self._count(topic)
-        with reading(self.path):
-            for channel, received_ns, raw in chain.from_iterable(
-                    file.messages(topic) for file in self._files):
-                if channel.is_readable:
-                    missing -= 1
-                    yield self._state(channel, received_ns, raw)
+        for path, file in self._files.items():
+            with reading(path):
+                for channel, received_ns, raw in file.messages(topic):
+                    if channel.is_readable:
+                        missing -= 1
+                        yield self._state(channel, received_ns, raw)
         if missing > 0:  # a library may skip records that it does not know
             raise BagError(f'{self.path}: {missing} messages on {topic} are missing: the bag is '
                            'damaged')
