@@ -1,5 +1,6 @@
 """Verdict on a residual, against that of other Baxters, and what to do next."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 import sys
@@ -21,21 +22,6 @@ _COVERED = 0.85  # share of residuals within 1.96 deviations below which a joint
 _FREQUENT = 1 / 3  # share of the explanations that makes one worth acting on
 
 _FITTED = {'tilt': 'a tilted base', 'friction': 'friction'}  # explanations a calibration removes
-
-# Problem found by the data check -> kind of advice and what to do.
-_REMEDIES = {
-    'effort_sign': ('sign', 'Negate the effort where it is published or converted.'),
-    'joints_exchanged': ('order', 'Give each value the name of its joint: the robot publishes '
-                         'e0 e1 s0 s1 w0 w1 w2.'),
-    'effort_scale': ('unit', 'Convert the effort to N m.'),
-    'velocity_scale': ('unit', 'Convert the velocity to rad/s, and check the period of the '
-                       'stamps.'),
-    'effort_constant': ('effort', 'Record a robot or a simulator that measures effort.'),
-    'no_gravity': ('simulation', 'For a simulator without gravity, use a copy of simulation.yaml '
-                   'with gravity [0.0, 0.0, 0.0]; otherwise record the effort with gravity.'),
-    'no_springs': ('simulation', 'Use the parameters of a simulator.'),
-    'springs': ('robot', 'Use the parameters of a real robot.'),
-    'moved_by_hand': ('motion', 'Record a motion made by the motors; this shows one:')}
 
 
 class Verdict(NamedTuple):
@@ -59,6 +45,25 @@ class Assessment(NamedTuple):
 
     verdict: Verdict
     advice: tuple[Advice, ...] = ()
+
+
+# Problem found by the data check -> what to do.
+_REMEDIES = {
+    'effort_sign': Advice('sign', 'Negate the effort where it is published or converted.'),
+    'joints_exchanged': Advice('order', 'Give each value the name of its joint: the robot '
+                               'publishes e0 e1 s0 s1 w0 w1 w2.'),
+    'effort_scale': Advice('unit', 'Convert the effort to N m.'),
+    'velocity_scale': Advice('unit', 'Convert the velocity to rad/s, and check the period of the '
+                             'stamps.'),
+    'effort_constant': Advice('effort', 'Record a robot or a simulator that measures effort.'),
+    'no_gravity': Advice('simulation', 'For a simulator without gravity, use a copy of '
+                         'simulation.yaml with gravity [0.0, 0.0, 0.0]; otherwise record the '
+                         'effort with gravity.'),
+    'no_springs': Advice('simulation', 'Use the parameters of a simulator.',
+                         '{evaluate} --params {simulation}'),
+    'springs': Advice('robot', 'Use the parameters of a real robot.', '{evaluate}'),
+    'moved_by_hand': Advice('motion', 'Record a motion made by the motors; this shows one:',
+                            'baxter_dynamics calibrate --plan')}
 
 
 def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: PredictorSettings,
@@ -104,11 +109,10 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
 
 def _corrections(problems: list[Notice], evaluate: str) -> Iterator[Advice]:
     kinds = {notice.kind for notice in problems}
-    commands = {'no_springs': f'{evaluate} --params {_config("simulation.yaml")}',
-                'springs': evaluate, 'moved_by_hand': 'baxter_dynamics calibrate --plan'}
-    for kind, remedy in _REMEDIES.items():
+    for kind, advice in _REMEDIES.items():
         if kind in kinds:
-            yield Advice(*remedy, commands.get(kind, ''))
+            yield advice._replace(command=advice.command.format(
+                evaluate=evaluate, simulation=_config('simulation.yaml')))
 
 
 def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recordings: str,
@@ -139,12 +143,10 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
 
 def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:
     """Return the explanations by kind, of the kinds that hold for much of the time."""
-    kinds: dict[str, list[Explained]] = {}
-    for evaluation in evaluations:
-        for one in evaluation.explained:
-            kinds.setdefault(one.kind, []).append(one)
-    least = _FREQUENT * sum(map(len, kinds.values()))
-    return {kind: found for kind, found in kinds.items() if len(found) >= least}
+    every = [one for evaluation in evaluations for one in evaluation.explained]
+    return {kind: [one for one in every if one.kind == kind]
+            for kind, n in Counter(one.kind for one in every).items()
+            if n >= _FREQUENT * len(every)}
 
 
 def _config(name: str) -> Path:

@@ -79,11 +79,6 @@ class Evaluation(Statistics):
     contacts: tuple[Contact, ...] = ()  # where the residual exceeds errors of the model
     explained: tuple[Explained, ...] = ()  # what explains the residual, every ten seconds
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Return the notices as lines of text."""
-        return tuple(map(str, self.notices))
-
 
 class RunningStatistics:
     """Running sums of the errors of each method and estimator, and of the squares of each term."""

@@ -179,7 +179,8 @@ def summary_json(evaluations: Sequence[Evaluation], total: Statistics,
         'unit': 'N m', 'arm': total.arm, **assessment._asdict(), **_statistics(total),
         'recordings': [{
             **{name: getattr(evaluation, name) for name in (
-                'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'warnings', 'contacts')},
+                'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'contacts')},
+            'warnings': [str(notice) for notice in evaluation.notices],
             'notices': [{'kind': notice.kind, 'joints': notice.joints, 'text': notice.text}
                         for notice in evaluation.notices],
             **_statistics(evaluation),
