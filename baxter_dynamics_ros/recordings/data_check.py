@@ -66,7 +66,7 @@ class DataCheck:
     inertial: Gain  # of the measured effort on M qdd + C qd
     gravity: Gain  # on G
     spring: Gain  # on the spring at s1
-    coulomb: Array  # Coulomb friction fitted together with these gains [N m]
+    coulomb: Gain  # on the sign of velocity: Coulomb friction [N m]
     lag: 'Lag | None'  # of the velocity; None if unknown
     velocity_scale: float  # change of position over integrated velocity; NaN if unknown
     problems: tuple[Notice, ...] = ()  # most fundamental first
@@ -99,10 +99,8 @@ class RunningCheck:
         if self._duration < _SHORTEST:
             return None
         data = _Data.of(self._settings, *self._rows.swapaxes(0, 1))
-        gains = np.array([_gains(data, joint, self._duration)
-                          for joint in range(N_JOINTS)])  # (7, 4, 2)
-        inertial, gravity, spring = (Gain(*gains[:, k].T) for k in range(3))
-        check = DataCheck(*_overall(data), inertial, gravity, spring, gains[:, 3, 0],
+        inertial, gravity, spring, coulomb = _gains(data, self._duration)
+        check = DataCheck(*_overall(data), inertial, gravity, spring, coulomb,
                           *lag_and_scale(self._velocity))
         return replace(check, problems=tuple(_problems(data, check)))
 
@@ -141,23 +139,22 @@ class _Data(NamedTuple):
         return (np.ptp(self.q, axis=0) > TRAVEL) & ~self.constant
 
 
-def _gains(data: _Data, joint: int, duration: float) -> Array:
-    """Return gain and deviation for inertial, gravity, spring and Coulomb torque, (4, 2)."""
-    result = np.full((4, 2), np.nan)
-    if not data.moves[joint]:
-        return result
-    columns = [data.inertial[:, joint], data.gravity[:, joint], data.spring[:, joint],
-               np.tanh(data.qd[:, joint] / _SLIDING)]
-    used = [k for k, column in enumerate(columns) if column.std() > 1e-6
-            and (k > 0 or data.qdd[:, joint].std() > _ACCELERATES)]
-    x = np.stack([np.ones(len(data.q)), *(columns[k] for k in used)], axis=1)
-    solution = np.linalg.lstsq(x, data.measured[:, joint], rcond=None)[0]
-    left = data.measured[:, joint] - x @ solution
-    # Residuals are correlated for about a second, so a second counts as one sample.
-    variance = left.var() * len(x) / max(duration, 1.0)
-    deviation = np.sqrt(variance * np.diag(np.linalg.pinv(x.T @ x)))
-    result[used] = np.stack([solution, deviation], axis=1)[1:]
-    return result
+def _gains(data: _Data, duration: float) -> list[Gain]:
+    """Return the gains on inertial, gravity and spring torque and on the sign of velocity."""
+    parts = np.stack([data.inertial, data.gravity, data.spring, np.tanh(data.qd / _SLIDING)])
+    varies = parts.std(axis=1) > 1e-6  # (4, 7)
+    varies[0] &= data.qdd.std(axis=0) > _ACCELERATES
+    result = np.full((4, 2, N_JOINTS), np.nan)
+    for joint in np.flatnonzero(data.moves):
+        used = varies[:, joint]
+        x = np.column_stack([np.ones(len(data.q)), *parts[used, :, joint]])
+        solution = np.linalg.lstsq(x, data.measured[:, joint], rcond=None)[0]
+        left = data.measured[:, joint] - x @ solution
+        # Residuals are correlated for about a second, so a second counts as one sample.
+        variance = left.var() * len(x) / max(duration, 1.0)
+        deviation = np.sqrt(variance * np.diag(np.linalg.pinv(x.T @ x)))
+        result[used, :, joint] = np.stack([solution, deviation], axis=1)[1:]
+    return [Gain(*pair) for pair in result]
 
 
 def _overall(data: _Data) -> tuple[Array, Array]:
@@ -263,9 +260,9 @@ def _scale(data: _Data, check: DataCheck) -> _Found:
 def _hand_guided(data: _Data, check: DataCheck) -> _Found:
     inertial = check.inertial.median()
     joints = check.inertial.known & _BEARS_LOAD & (inertial < 0.35)
-    negative = joints & (check.coulomb < 0.0)
+    negative = joints & (check.coulomb.value < 0.0)
     friction = ', and friction is negative (%s)' % _numbers(
-        negative, check.coulomb, unit=' N m') if negative.any() else ''
+        negative, check.coulomb.value, unit=' N m') if negative.any() else ''
     return ('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial and '
             f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}: '
             'the motors did not make this motion. An arm moved by hand cannot be calibrated: '

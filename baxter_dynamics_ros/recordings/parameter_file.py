@@ -48,10 +48,7 @@ class ParameterFileError(BaxterDynamicsError):
 
 
 class _RclError(Exception):
-    """rcl refuses the file; the message gives reason and line."""
-
-    def __init__(self, reason: str, node: Any) -> None:
-        super().__init__(f'{reason}, at line {node.start_mark.line + 1}')
+    """rcl refuses the file; the arguments are the reason and the YAML node or event."""
 
 
 def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
@@ -70,8 +67,12 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
             _add_file(nodes, _contents(Path(path)))
         except OSError as error:
             raise ParameterFileError(f'{path}: cannot be read ({error.strerror})') from None
-        except (_RclError, yaml.YAMLError, ValueError, RecursionError) as error:
-            raise ParameterFileError(f'{path}: {_reason(error)}') from None
+        except _RclError as error:
+            reason, place = error.args
+            raise ParameterFileError(
+                f'{path}: {reason}, at line {place.start_mark.line + 1}') from None
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
+            raise ParameterFileError(f'{path}: invalid YAML{_reason(error)}') from None
     names = ', '.join(map(str, paths))
     given = _parameters_of(nodes, '/' + node.strip('/'))
     if paths and not given:
@@ -117,12 +118,9 @@ def _contents(path: Path) -> bytes:
 
 
 def _reason(error: Exception) -> str:
-    if isinstance(error, _RclError):
-        return str(error)
     mark = getattr(error, 'problem_mark', None)
-    where = f' at line {mark.line + 1}' if mark else ''
     problem = getattr(error, 'problem', None) or getattr(error, 'reason', type(error).__name__)
-    return f'invalid YAML{where}: {problem}'
+    return f' at line {mark.line + 1}: {problem}' if mark else f': {problem}'
 
 
 def _ignored(given: dict[str, Any]) -> list[str]:
