@@ -15,7 +15,7 @@ from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import N_JOINTS
-from ..recordings.data_check import DataCheck, names_of, Notice, RunningCheck
+from ..recordings.data_check import DataCheck, event_notices, names_of, Notice, RunningCheck
 from ..recordings.playback import joined, play, Samples, segments
 from ..recordings.recording import Recording
 
@@ -185,8 +185,4 @@ def warnings(motions: list[Motion]) -> Iterator[Notice]:
         if motion.duration < _SHORT:
             yield Notice('short', f'{motion.duration:.1f} s of motion are too short: left out',
                          recording=motion.name)
-        for event in Event:
-            if event.remedy and motion.counts[event]:
-                yield Notice(event.value,
-                             f'{motion.counts[event]} x {event.value}: {event.remedy}',
-                             recording=motion.name)
+        yield from event_notices(motion.counts, motion.name)

@@ -1,6 +1,6 @@
 """Data check: whether measured effort and velocity have the meaning that the model assumes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 from typing import Any, NamedTuple
@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .playback import Lag, lag_and_scale, Samples, TRAVEL, velocity_sums
+from ..estimation.events import Event
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import EffortModel
@@ -278,6 +279,14 @@ def _springs(data: _Data, check: DataCheck) -> _Found:
                 'springs; use simulation.yaml')
     return ('springs', s1 & (value > 0.6), share + 'which these settings omit: for a real robot '
             'enable effort_model')
+
+
+def event_notices(counts: Mapping[Any, int], recording: str = '') -> Iterator[Notice]:
+    """Yield a notice for each event of a stream for which there is a remedy."""
+    for event in Event:
+        if event.remedy and counts.get(event):
+            yield Notice(event.value, f'{counts[event]} x {event.value}: {event.remedy}',
+                         recording=recording)
 
 
 def names_of(where: Bools) -> tuple[str, ...]:

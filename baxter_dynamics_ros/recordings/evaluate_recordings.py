@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .contact_intervals import Contact, contact_rows, find_contacts, MOST
-from .data_check import DataCheck, Notice, RunningCheck
+from .data_check import DataCheck, event_notices, Notice, RunningCheck
 from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics,
                                  Statistics)
 from .playback import play, Samples, stamp_statistics, StampStatistics
@@ -173,6 +173,4 @@ class _Run:
         elif stamps.lost and not counts[Event.REPEATED_STAMP]:
             yield Notice('lost', f'{stamps.lost} messages are lost: stamps are missing from their '
                          f'regular period of {1e3 * stamps.period:.1f} ms')
-        for event in Event:
-            if event.remedy and counts[event]:
-                yield Notice(event.value, f'{counts[event]} x {event.value}: {event.remedy}')
+        yield from event_notices(counts)
