@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('pinocchio', reason='needs Pinocchio: pip install pin')
 from baxter_dynamics_ros.recordings.advice import assess  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
-from baxter_dynamics_ros.recordings.recording import JointState  # noqa: E402
+from baxter_dynamics_ros.recordings.recording import ArrayRecording  # noqa: E402
 
 FRICTION = {'effort_model.coulomb': [0.5, 0.6, 0.4, 0.3, 0.1, 0.1, 0.1],
             'effort_model.dahl': [0.5, 0.6, 0.4, 0.3, 0.1, 0.1, 0.1]}
@@ -18,26 +18,16 @@ EXPECTED = {'effort_model.deviation': [0.3, 0.4, 0.2, 0.2, 0.1, 0.1, 0.1],
             'effort_model.deviation_acceleration': [0.0] * 7}
 
 
-class Recording:
-    """Joint states of moving_arm."""
-
-    name, topic, arm = 'run', '/robot/joint_states', 'right'
-
-    def __init__(self, messages, change=lambda effort: effort):
-        self._messages, self._change = messages, change
-
-    def __iter__(self):
-        for _, received, (stamp, names, q, qd, effort) in self._messages:
-            yield JointState(stamp, names, q, qd, self._change(effort), received)
-
-
 @pytest.fixture
 def assessed(moving_arm):
     """Return a function that assesses 11 s of an arm whose true settings are given."""
     def run(truth=None, values=None, change=lambda effort: effort, inputs='run --arm right'):
         settings = PredictorSettings.from_parameters(values or {})
         evaluator = Evaluator(settings)
-        evaluation = evaluator.evaluate(Recording(moving_arm(1100, truth=truth), change))
+        stamps, (names, *_), q, qd, effort = zip(*(
+            content for _, _, content in moving_arm(1100, truth=truth)))
+        evaluation = evaluator.evaluate(ArrayRecording(
+            'run', 'right', names, np.array(stamps), [q, qd, [*map(change, effort)]]))
         found = assess(evaluator.total(), [evaluation], settings, inputs)
         return found, evaluation, [advice.kind for advice in found.advice]
     return run

@@ -3,9 +3,9 @@
 from itertools import islice
 from pathlib import Path
 
-from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
+from recordings.joint_states import GRIPPER, KINDS, LEFT, RIGHT, ROBOT, START, states, TOPIC
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bag_files import type_store  # noqa: E402, I100
@@ -16,22 +16,7 @@ from mcap.writer import IndexType, Writer  # noqa: E402
 from rosbags.typesys import Stores  # noqa: E402
 import zstandard  # noqa: E402
 
-TOPIC, JOINT_STATE = '/robot/joint_states', 'sensor_msgs/msg/JointState'
-START = 1_700_000_000_123_456_789  # [ns]
-PERIOD = 10_000_000  # [ns]
-RIGHT, LEFT = joint_names('right'), joint_names('left')
-ROBOT = ('head_nod', 'head_pan', *LEFT, *RIGHT, 'torso_t0')
-GRIPPER = ('r_gripper_l_finger_joint', 'r_gripper_r_finger_joint')
-KINDS = ['mcap', 'sqlite3', 'ros1']
-
-
-def states(n, names=RIGHT, topic=TOPIC, start=START):
-    """Return n joint states with values of their own, received 1 ms after their stamps."""
-    draw = np.random.default_rng(n).normal
-    return [(topic, start + i * PERIOD + 1_000_000,
-             (start + i * PERIOD, names, *draw(size=(3, len(names))))) for i in range(n)]
-
-
+JOINT_STATE = 'sensor_msgs/msg/JointState'
 STATES = states(40)
 
 

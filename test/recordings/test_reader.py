@@ -1,6 +1,5 @@
 """Recordings in .npz and .csv files, alone and beside bags."""
 
-from itertools import islice
 import os
 import zipfile
 
@@ -163,17 +162,3 @@ def test_paths_are_checked_before_work_begins(make_bag, tmp_path):
                          '/dev/zero': 'is neither a file nor a folder'}.items():
         with pytest.raises(BagError, match=f'^{path}: {reason}'):
             open_recordings([bag, path])
-
-
-def test_recordings_of_real_arms(recordings):
-    names = {'baxter_hand_guided': 1, 'baxter_kitting': 12, 'baxter_left_arm_tracking': 12,
-             'baxter_point_to_point': 1}
-    for name, count in names.items():
-        arm = 'left' if 'tracking' in name else 'right'
-        found = open_recordings([recordings / f'{name}.npz'], arm=arm)
-        assert len(found) == count
-        for recording in found:
-            states = list(islice(recording, 200))
-            assert recording.arm == arm and recording.count >= len(states) > 100
-            period = np.diff([state.stamp_ns for state in states]) * 1e-9
-            assert 0.008 < np.median(period) < 0.022
