@@ -35,25 +35,19 @@ class Contact(NamedTuple):
 
 def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -> list[Contact]:
     """
-    Return the contacts in a recording, in the order of joints and times.
+    Return the contacts in a recording, in the order of joints and times (n,) [s].
 
-    Times are (n,) [s], residuals (n, 7) measured - predicted effort [N m], of which an offset does
-    not matter, and positions (n, 7) [rad].
+    Of residuals (n, 7) [N m] an offset does not matter; positions q are (n, 7) [rad].
     """
     if not len(time):
         return []
     residual = residual - np.median(residual, axis=0)
     near_stop = stops(q) != 0.0
-    found = []
-    for joint, (name, limit) in enumerate(zip(JOINTS, ContactSettings.limit)):
-        for part in segments(time):
-            for rows in _intervals(time, residual[:, joint], part, limit):
-                signal = residual[rows, joint]
-                found.append(Contact(
-                    name, float(time[rows][0]), float(time[rows][-1]),
-                    float(signal[np.abs(signal).argmax()]),
-                    bool(np.median(near_stop[rows, joint])), recording))
-    return found
+    return [Contact(JOINTS[i], float(time[rows][0]), float(time[rows][-1]),
+                    float(max(residual[rows, i], key=abs)), bool(np.median(near_stop[rows, i])),
+                    recording)
+            for i, limit in enumerate(ContactSettings.limit) for part in segments(time)
+            for rows in _intervals(time, residual[:, i], part, limit)]
 
 
 def contact_rows(time: Array, contacts: list[Contact]) -> Bools:

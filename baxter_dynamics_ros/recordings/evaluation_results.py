@@ -92,11 +92,9 @@ class RunningStatistics:
     def add(self, arm: str, efforts: dict[str, tuple[Array, Array]], terms: dict[str, Array],
             deviation: Array) -> None:
         """
-        Add n samples of an arm.
+        Add measured and predicted efforts, terms, and expected deviations of the residual.
 
-        Efforts are measured and predicted by each method and estimator; rows with NaN are left
-        out. They, the terms of the predicted effort and the expected standard deviation of the
-        residual are (n, 7) [N m].
+        All are (n, 7) [N m]; rows of efforts with NaN are left out.
         """
         self._arms.add(arm)
         self._count += len(deviation)

@@ -54,11 +54,10 @@ class _RclError(Exception):
 def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
                     warn: Callable[[str], object] = lambda line: None) -> dict[str, Any]:
     """
-    Return the settings of a node that is given parameter files, setting name to value.
+    Return the settings, name to value, of a node with its namespace that is given parameter files.
 
-    Later files override earlier ones. The node is named with its namespace; warn is called with a
-    line about parameters that it would ignore. Raises ParameterFileError if a file cannot be read,
-    or the node would refuse its parameters.
+    Later files override earlier ones; warn is called with a line about parameters that the node
+    would ignore. Raises ParameterFileError if it would refuse them, or a file cannot be read.
     """
     paths = [paths] if isinstance(paths, (str, Path)) else list(paths)
     nodes: _Nodes = {}
@@ -159,11 +158,7 @@ class _Loader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[mi
 
 
 def _add_file(nodes: _Nodes, text: bytes) -> None:
-    """
-    Add the contents of a file to those of the files before it.
-
-    Raises _RclError where rcl would, and what yaml raises if it is not YAML.
-    """
+    """Add the contents of a file; raise _RclError where rcl would, and what yaml raises."""
     for event in yaml.parse(text, _Loader):
         if isinstance(event, yaml.AliasEvent):
             raise _RclError('aliases are not supported', event)

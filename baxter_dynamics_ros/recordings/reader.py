@@ -20,13 +20,11 @@ _PADDING = (0, 4, 8)  # bytes that some writers append to a message
 def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
                     arm: str | None = None) -> list[Recording]:
     """
-    Return the recordings in some files, each to be opened by ``with`` before it is read.
+    Return the recordings in bags and files of arrays, each to be opened by ``with``.
 
-    A bag is one recording; .npz and .csv files, which are read at once, are described in
-    docs/calibrate.md. The topic is by default the robot's usual one, or the only one with an arm's
-    joints, and the arm the only one in the recording; joints without a side are of the right arm.
-    Raises BagError if a path is missing or neither file nor folder, or a file of arrays is
-    malformed; other errors are raised when a recording is opened.
+    The topic is by default the robot's usual one, or the only one with an arm's joints, and the
+    arm the only one in the recording; joints without a side are of the right arm. Raises BagError
+    if a path is no file or folder or a file of arrays is malformed; a bag is read when opened.
     """
     recordings: list[Recording] = []
     for path in map(Path, paths):
@@ -41,11 +39,10 @@ def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
 
 class BagRecording(Recording):
     """
-    Recording in a bag, which is open in the context.
+    Recording in a bag; topic, arm and count are known once it is open.
 
-    Topic, arm and count are known once it is open. Iterating raises BagError at a damaged place.
-    Memory does not grow with the bag, except for an MCAP file without an index and the index of a
-    ROS 1 bag.
+    Iterating raises BagError at a damaged place. Memory does not grow with the bag, except for an
+    MCAP file without an index and the index of a ROS 1 bag.
     """
 
     def __init__(self, path: Path, topic: 'str | None' = None, arm: 'str | None' = None) -> None:
@@ -59,8 +56,7 @@ class BagRecording(Recording):
         with ExitStack() as stack, reading(self.path):
             self._files, self._is_compressed = open_bag(self.path, stack)
             self._channels = [channel for file in self._files.values()
-                              for channel in file.channels.values()
-                              if channel.count]
+                              for channel in file.channels.values() if channel.count]
             self._choose(*self._wanted)
             self._close = stack.pop_all().close
         return self

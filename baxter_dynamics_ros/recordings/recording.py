@@ -184,6 +184,5 @@ def _stamps_ns(contents: dict[str, Any], rows: Any) -> Any:
     if 'stamp' not in contents:
         period = 1e9 * float(contents['period'])
         return _START + np.rint(np.arange(len(rows)) * period).astype(np.int64)
-    whole = np.floor(contents['stamp'][rows])
-    fraction = np.rint((contents['stamp'][rows] - whole) * 1e9)
-    return whole.astype(np.int64) * 10**9 + fraction.astype(np.int64)
+    fraction, whole = np.modf(contents['stamp'][rows])
+    return whole.astype(np.int64) * 10**9 + np.rint(fraction * 1e9).astype(np.int64)

@@ -197,11 +197,12 @@ def test_damaged_files_are_refused_or_the_damage_is_harmless(make_bag, rng, kind
         line_of(path)
 
 
-def test_messages_before_the_damage_are_read(make_bag, refused):
-    path = undecodable(make_bag(states(1200), 'sqlite3'), 1100)  # the arm is looked for in 1000
+def test_messages_before_the_damage_are_read(make_bag, refused, monkeypatch):
+    monkeypatch.setattr(f'{BagRecording.__module__}._PEEK', 50)  # where the arm is looked for
+    path = undecodable(make_bag(states(200), 'sqlite3'), 100)
     with BagRecording(path, arm='right') as recording:
         played = iter(recording)
-        for _ in range(1099):
+        for _ in range(99):
             next(played)
         with pytest.raises(BagError, match=f'^{path}: {TOPIC}: the message received at'):
             next(played)
