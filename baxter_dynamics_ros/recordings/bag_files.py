@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
 
 from mcap.reader import NonSeekingReader, SeekingReader
-from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import get_typestore
@@ -166,14 +165,11 @@ class _RosbagsFile:
     """An SQLite file or a ROS 1 bag."""
 
     def __init__(self, path: Path, stack: ExitStack) -> None:
-        is_ros1 = path.suffix in ('.bag', '.active')
-        self._reader: Any = (Ros1Reader if is_ros1 else Ros2Reader)(path)
-        stack.enter_context(self._reader)
-        self.channels = {
-            each.id: Channel(each.topic, each.msgtype, each.ext.serialization_format
-                             if isinstance(each.ext, ConnectionExtRosbag2) else 'ros1',
-                             each.msgcount)
-            for each in self._reader.connections}
+        reader: Any = Ros1Reader if path.suffix in ('.bag', '.active') else Ros2Reader
+        self._reader = stack.enter_context(reader(path))
+        self.channels = {each.id: Channel(
+            each.topic, each.msgtype, getattr(each.ext, 'serialization_format', 'ros1'),
+            each.msgcount) for each in self._reader.connections}
 
     def messages(self, topic: str) -> Messages:
         connections = [each for each in self._reader.connections if each.topic == topic]
@@ -218,10 +214,9 @@ def _is_complete(summary: Any) -> bool:
     """Return whether the summary of an MCAP file has an index, all counts and all types."""
     if summary is None or summary.statistics is None or not summary.chunk_indexes:
         return False
-    counts = summary.statistics.channel_message_counts
+    counts, types = summary.statistics.channel_message_counts, {0, *summary.schemas}
     return sum(counts.values()) == summary.statistics.message_count and all(
-        id_ in summary.channels and summary.channels[id_].schema_id in {0, *summary.schemas}
-        for id_ in counts)
+        id_ in summary.channels and summary.channels[id_].schema_id in types for id_ in counts)
 
 
 def _ros2_name(name: str) -> str:

@@ -99,7 +99,7 @@ class RunningCheck:
         """Return the comparison; None if there are too few samples."""
         if self._duration < _SHORTEST:
             return None
-        data = _Data.of(self._settings, *self._rows.swapaxes(0, 1))
+        data = _Data.of(self._settings, self._rows.swapaxes(0, 1))
         inertial, gravity, spring, coulomb = _gains(data, self._duration)
         check = DataCheck(*_overall(data), inertial, gravity, spring, coulomb,
                           *lag_and_scale(self._velocity))
@@ -120,11 +120,10 @@ class _Data(NamedTuple):
     predicted: Array  # without friction and bias [N m]
 
     @classmethod
-    def of(cls, settings: PredictorSettings, q: Array, qd: Array, qdd: Array,
-           measured: Array) -> '_Data':
-        arm, model = settings.model.arm, settings.model.effort_model
-        gravity = arm.gravity(q)
-        tau = arm.inverse_dynamics(q, qd, qdd)
+    def of(cls, settings: PredictorSettings, motion: Array) -> '_Data':
+        (q, qd, qdd, measured), model = motion, settings.model.effort_model
+        gravity = settings.model.arm.gravity(q)
+        tau = settings.model.arm.inverse_dynamics(q, qd, qdd)
         spring = (model if model.has_spring else EffortModel()).spring(q)
         return cls(settings, q, qd, qdd, measured, gravity, tau - gravity, spring,
                    model.coupled(tau + spring * model.has_spring))
@@ -217,12 +216,12 @@ def _exchanged(data: _Data, check: DataCheck) -> _Found:
 def _exchanged_joints(data: _Data, cost: float) -> Any:
     """Return the order (7,) with two joints exchanged, if that explains the effort."""
     best, least = _SAME, cost - 4 * _MOVED_COST
-    rows = slice(None, None, max(len(data.q) // 400, 1))
+    motion = np.stack([data.q, data.qd, data.qdd, data.measured])[
+        :, ::max(len(data.q) // 400, 1)]
     for pair in combinations(_SAME, 2):
         order = _SAME.copy()
         order[[*pair]] = pair[::-1]
-        trial = _Data.of(data.settings, *(
-            x[rows][:, order] for x in (data.q, data.qd, data.qdd, data.measured)))
+        trial = _Data.of(data.settings, motion[..., order])
         found = float(_cost(trial.measured - trial.predicted).sum())
         if found < least:
             best, least = order, found

@@ -218,8 +218,8 @@ def _value(node: Any) -> Any:
     values = [_scalar(element) for element in node.value]
     for value, element in zip(values, node.value):
         if type(value) is not type(values[0]):
-            raise _RclError(f'list of mixed types: {element.value:.20} is not '
-                            f'{TYPE_WORDS[type(values[0])]}', element)
+            raise _RclError(f'list of mixed types: expected {TYPE_WORDS[type(values[0])]}, got '
+                            f'{element.value:.20}', element)
     return values
 
 

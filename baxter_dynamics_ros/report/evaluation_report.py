@@ -179,8 +179,9 @@ def summary_json(evaluations: Sequence[Evaluation], total: Statistics,
         'unit': 'N m', 'arm': total.arm, **assessment._asdict(), **_statistics(total),
         'recordings': [{
             **{name: getattr(evaluation, name) for name in (
-                'name', 'topic', 'arm', 'duration', 'rate', 'counts', 'contacts')},
+                'name', 'topic', 'arm', 'duration', 'rate', 'counts')},
             'warnings': [str(notice) for notice in evaluation.notices],
+            'contacts': evaluation.contacts,
             'notices': [{'kind': notice.kind, 'joints': notice.joints, 'text': notice.text}
                         for notice in evaluation.notices],
             **_statistics(evaluation),
