@@ -57,7 +57,6 @@ class FakeBaxterNode(ParameterNode):
         try:
             from ..simulation import robot
             from ..simulation.plant import default_truth
-            from ..simulation.recorder import JointStates
         except ImportError as error:
             raise BaxterDynamicsError(
                 f'needs MuJoCo ({error}): pip install mujoco hpp-baxter') from None
@@ -78,8 +77,8 @@ class FakeBaxterNode(ParameterNode):
             topics.SUBSCRIPTION_QOS)
         self._publisher = self.create_publisher(
             JointState, topics.JOINT_STATES, topics.PUBLISHER_QOS)
-        self._states = JointStates(self._baxter, given['rate'], given['seed'],
-                                   self.get_clock().now().nanoseconds)
+        self._states = robot.JointStates(self._baxter, given['rate'], given['seed'],
+                                         self.get_clock().now().nanoseconds)
         self.create_timer(min(1.0 / given['rate'], 1.0 / robot.GRIPPER_RATE), self._on_timer)
         self.get_logger().info(
             f'simulating a Baxter: {given["arm"]} arm, trajectory {given["trajectory"]}, '

@@ -1,5 +1,6 @@
-"""Fake Baxter, without ROS: plant, sensors, and the paper's double-loop position controller."""
+"""Fake Baxter, without ROS: the paper's double-loop position controller, and joint states."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +15,15 @@ from ..model.exceptions import ArgumentError
 from ..model.joints import joint_names, JOINTS, N_JOINTS, SIDES, VELOCITY_LIMIT
 from ..model.parameters import Payload
 
-# The order in which the robot publishes: head, then each arm in alphabetical order, torso.
-_ALPHABETICAL = ('e0', 'e1', 's0', 's1', 'w0', 'w1', 'w2')
-JOINT_STATE_NAMES = (('head_nod', 'head_pan')
-                     + tuple(f'{side}_{joint}' for side in ('left', 'right')
-                             for joint in _ALPHABETICAL)
-                     + ('torso_t0',))
+# The order in which the robot publishes.
+JOINT_STATE_NAMES = tuple(sorted(
+    ('head_nod', 'head_pan', *joint_names('left'), *joint_names('right'), 'torso_t0')))
 GRIPPER_NAMES = ('r_gripper_l_finger_joint', 'r_gripper_r_finger_joint')
 GRIPPER_RATE = 38.0  # [Hz]
+Message = tuple[int, tuple[str, ...], Array, Array, Array]  # stamp [ns], names, q, qd, effort
+STAMP_JITTER = 4e-5  # sd of the robot's own stamps [s]
+START_NS = 10 ** 18  # stamp of a recording's start, a date in 2001 [ns]
+_TOLERANCE_NS = 500_000  # on a recording's end; the jitter of stamps is far smaller
 
 TRAJECTORIES = ('circle', 'switch', 'lift', 'exciting', 'hold', 'poses')
 
@@ -42,30 +44,11 @@ KI_INNER = 6.0 * KP_INNER  # [N m/rad]
 
 class FakeBaxter:
     """
-    Simulated Baxter: one arm follows a trajectory while the other holds still.
+    Simulated Baxter: the arm of a side follows one of :data:`TRAJECTORIES`, the other is at rest.
 
-    Parameters
-    ----------
-    side : str
-        The arm that moves, 'right' or 'left'.
-    trajectory : str
-        One of :data:`TRAJECTORIES`.
-    description : path, optional
-        URDF of a Baxter.
-    noise : bool
-        Whether to simulate sensor noise.
-    seed : int
-        Seed of the noise.
-    truth : EffortModel, optional
-        True effort model of both arms; :func:`.plant.default_truth` by default.
-    payload, gravity
-        Payload of the moving hand, and gravity vector; see :class:`.plant.Plant`.
-
-    Raises
-    ------
-    ArgumentError
-        If trajectory is unknown, or :class:`.plant.Plant` refuses an argument.
-
+    The seed is that of the sensors' noise. Both arms have the effort model ``truth``; the moving
+    hand holds the payload. For these, gravity and the path of the description, see
+    :class:`.plant.Plant`. Raises ArgumentError if the trajectory is unknown, or as the plant does.
     """
 
     def __init__(self, side: str = 'right', trajectory: str = 'circle',
@@ -113,12 +96,8 @@ class FakeBaxter:
         starting from the present torques; the trajectory is not resumed. A joint faster than
         :data:`RUNAWAY` is braked immediately.
 
-        Raises
-        ------
-        ArgumentError
-            If it is not seven finite numbers, each within :data:`.plant.TORQUE_LIMIT`, or a
-            joint is too fast. The previous command then stays in force.
-
+        Raises ArgumentError if it is not seven finite numbers, each within
+        :data:`.plant.TORQUE_LIMIT`, or a joint is too fast. The previous command then stays.
         """
         command = finite('torque', torque, (N_JOINTS,)).copy()
         beyond = np.flatnonzero(np.abs(command) > TORQUE_LIMIT)
@@ -197,3 +176,60 @@ def _reference(side: str, trajectory: str) -> HandTrajectory | JointTrajectory:
     if trajectory == 'poses':
         return JointTrajectory(lambda t: mirror(side) * poses(t))
     return HandTrajectory(side, trajectory)
+
+
+class JointStates:
+    """
+    Joint states that a robot publishes from its present time.
+
+    The head and both arms are published at ``rate`` [Hz], two gripper joints at 38 Hz. Each
+    message advances the simulation to its instant.
+    """
+
+    def __init__(self, robot: FakeBaxter, rate: float, seed: int, start_ns: int):
+        self.start_ns = start_ns  # stamp of the start [ns]; assign a later value to skip time
+        self._robot = robot
+        self._begin = robot.time
+        self._period = 1.0 / rate
+        self._random = np.random.default_rng(seed)
+        self._arms = self._grippers = 0  # number of messages
+        self._arms_due = self._draw()
+        self._grippers_due = _ns(1.0 / GRIPPER_RATE)
+
+    @property
+    def due_ns(self) -> int:
+        """Stamp of the next message [ns]."""
+        return self.start_ns + min(self._arms_due, self._grippers_due)
+
+    def take(self) -> Message:
+        """Return stamp [ns], names, position, velocity and effort of the next message."""
+        stamp = self.due_ns
+        if self._grippers_due < self._arms_due:
+            self._grippers += 1
+            self._grippers_due = _ns((self._grippers + 1) / GRIPPER_RATE)
+            still = np.zeros(len(GRIPPER_NAMES))
+            return stamp, GRIPPER_NAMES, still, still, still
+        self._arms += 1
+        self._robot.advance(self._begin + self._arms * self._period)
+        self._arms_due = self._draw()
+        return stamp, JOINT_STATE_NAMES, *self._robot.joint_state()
+
+    def _draw(self) -> int:
+        """Return the stamp of the arms' next joint state, relative to the start [ns]."""
+        return _ns((self._arms + 1) * self._period + self._random.normal(0.0, STAMP_JITTER))
+
+
+def record(robot: FakeBaxter, duration: float, rate: float, seed: int = 0) -> Iterator[Message]:
+    """
+    Yield the joint states of the robot's next ``duration`` [s], faster than real time.
+
+    The arms' rate is in Hz, the seed is that of the stamps' jitter, and the stamps begin at
+    :data:`START_NS`.
+    """
+    states = JointStates(robot, rate, seed, START_NS)
+    while states.due_ns < START_NS + _ns(duration) + _TOLERANCE_NS:
+        yield states.take()
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)

@@ -117,14 +117,8 @@ class HandTrajectory:
     """
     Joint references along a hand trajectory, by the inverse Jacobian method of eq. (15).
 
-    The hand points down throughout; the reference starts at rest and accelerates along one of
-    :data:`TRAJECTORIES`.
-
-    Attributes
-    ----------
-    q, qd : ndarray (7,)
-        The reference now [rad, rad/s].
-
+    The hand points down throughout; the reference q [rad] and qd [rad/s], each (7,), starts at
+    rest and accelerates along one of :data:`TRAJECTORIES`.
     """
 
     def __init__(self, side: str, trajectory: str) -> None:

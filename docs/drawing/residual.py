@@ -11,8 +11,7 @@ from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.parameters import Payload
 from baxter_dynamics_ros.report.drawing import draw_expected, FAINT, zero_line
 from baxter_dynamics_ros.simulation.plant import COULOMB
-from baxter_dynamics_ros.simulation.recorder import record
-from baxter_dynamics_ros.simulation.robot import FakeBaxter
+from baxter_dynamics_ros.simulation.robot import FakeBaxter, record
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np

@@ -13,8 +13,7 @@ from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
 from baxter_dynamics_ros.recordings.evaluation_results import Evaluation
 from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION
-from baxter_dynamics_ros.simulation.recorder import record
-from baxter_dynamics_ros.simulation.robot import FakeBaxter
+from baxter_dynamics_ros.simulation.robot import FakeBaxter, record
 import numpy as np
 
 SETS = ('circle', 'switch', 'lift')  # the paper's sets 1 to 3, trajectories 3(a) to 3(c)

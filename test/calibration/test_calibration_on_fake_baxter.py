@@ -13,8 +13,7 @@ import pytest
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.exciting_trajectory import DURATION  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
+from baxter_dynamics_ros.simulation.robot import FakeBaxter, record  # noqa: E402
 
 ARM = 'left'
 TILT, TOWARDS = np.radians(1.2), 0.7  # of the base [rad]

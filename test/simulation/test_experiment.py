@@ -18,8 +18,7 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings  # noqa: E
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM  # noqa: E402
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
 from baxter_dynamics_ros.simulation.plant import COULOMB  # noqa: E402
-from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
+from baxter_dynamics_ros.simulation.robot import FakeBaxter, record  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
 

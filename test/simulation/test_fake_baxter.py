@@ -15,9 +15,8 @@ import pytest
 mujoco = pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
 from baxter_dynamics_ros.simulation.plant import default_truth, Plant, Sensors  # noqa: E402, I100
-from baxter_dynamics_ros.simulation.recorder import record  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import (  # noqa: E402
-    FakeBaxter, GRIPPER_NAMES, JOINT_STATE_NAMES)
+    FakeBaxter, GRIPPER_NAMES, JOINT_STATE_NAMES, record)
 from baxter_dynamics_ros.simulation.trajectories import JointTrajectory  # noqa: E402
 
 PERIOD = 0.01  # [s]
