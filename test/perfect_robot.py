@@ -7,17 +7,30 @@ VELOCITY_LAG = 0.014  # [s]
 
 def trajectory(t) -> tuple:
     """Return q, qd, qdd (n, 7) at times t (n,) in s: a slow sine a joint, s1 within its spring."""
-    amplitude = np.array([0.5, 0.4, 0.5, 0.5, 0.6, 0.6, 0.6])  # [rad]
+    amplitude = np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
     w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
     angle = w * np.asarray(t)[:, None] + np.arange(7)
-    center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.5, 0.0])
+    center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.6, 0.0])
     return (center + amplitude * np.sin(angle), amplitude * w * np.cos(angle),
             -amplitude * w ** 2 * np.sin(angle))
 
 
-def measured(settings, t, motion=trajectory) -> tuple:
+_RNG = np.random.default_rng(1)
+_AMPLITUDE = _RNG.uniform(0.05, 0.2, (3, 7))  # [rad]
+_PHASE = _RNG.uniform(0.0, 2 * np.pi, (3, 7))  # [rad]
+_FREQUENCY = 2 * np.pi * np.array([[0.2], [0.5], [0.9]])  # [rad/s]
+
+
+def sines(t) -> tuple:
+    """Return q, qd, qdd (n, 7) at times t (n,): a sum of three sines for each joint."""
+    angle = _FREQUENCY * np.asarray(t)[:, None, None] + _PHASE
+    return tuple((_AMPLITUDE * _FREQUENCY ** k * np.sin(angle + k * np.pi / 2)).sum(-2)
+                 for k in range(3))
+
+
+def measured(settings, t) -> tuple:
     """Return the position, velocity and effort (n, 7) that it measures at times t (n,)."""
-    q, qd, qdd = motion(t)
+    q, qd, qdd = trajectory(t)
     effort = settings.model.effort_model.effort(
         settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
-    return q, motion(t - VELOCITY_LAG)[1], effort
+    return q, trajectory(t - VELOCITY_LAG)[1], effort

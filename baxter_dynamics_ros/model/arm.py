@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from . import paper_tables
-from .arrays import Array, ArrayLike, finite
+from .arrays import Array, ArrayLike, finite, read_only
 from .base_parameters import NAMES, TILTED_NAMES
 from .closed_form import AUTO, choose_engine, functions, parameter_values
 from .exceptions import ArgumentError
@@ -67,8 +67,8 @@ class BaxterArm:
                  engine: str = AUTO) -> None:
         self.payload = _instance('payload', payload, Payload, Payload)
         self.parameters = _instance('parameters', parameters, ArmParameters, paper_parameters)
-        self.gravity_vector = finite('gravity', gravity, (3,)).copy()  # base frame [m/s^2]
-        self.gravity_vector.flags.writeable = False
+        # In the base frame [m/s^2].
+        self.gravity_vector = read_only(finite('gravity', gravity, (3,)).copy())
         self.mount = _rigid_transform('mount', np.eye(4) if mount is None else mount)
         pseudo_inertia = self.parameters.pseudo_inertia.copy()
         pseudo_inertia[-1] += self.payload.pseudo_inertia
@@ -83,8 +83,7 @@ class BaxterArm:
         self._functions = functions(self.engine, self.closed_form_parameters,
                                     self.parameters.theta_offset)
         count = len(NAMES if upright else TILTED_NAMES)
-        self.base_parameters: Array = np.array(self.closed_form_parameters[:count])
-        self.base_parameters.flags.writeable = False
+        self.base_parameters = read_only(np.array(self.closed_form_parameters[:count]))
 
     def __reduce__(self) -> tuple[type['BaxterArm'], tuple[Any, ...]]:
         """Pickle and copy by constructor arguments."""
@@ -187,5 +186,4 @@ def _rigid_transform(name: str, value: ArrayLike) -> Array:
             or np.abs(pose[3] - [0.0, 0.0, 0.0, 1.0]).max() > 0):
         raise ArgumentError(name, 'expected a homogeneous transform: a rotation, a translation '
                             'and the last row 0 0 0 1')
-    pose.flags.writeable = False
-    return pose
+    return read_only(pose)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import ArgumentError
 
-__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'number']
+__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'number', 'read_only']
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -31,6 +31,12 @@ def finite(name: str, value: ArrayLike, *shapes: tuple[int | EllipsisType, ...])
     if not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ArgumentError(name, f'expected finite values, got {array[index]} at index {index}')
+    return array
+
+
+def read_only(array: Array) -> Array:
+    """Return an array after making it read-only."""
+    array.flags.writeable = False
     return array
 
 

@@ -50,13 +50,8 @@ class EffortModel(Group, prefix='effort_model.'):
     Difference between measured effort and joint torque; joint order s0 ... w2.
 
     Methods take validated float arrays (..., 7); leading axes are a batch. Arrays are stored as
-    read-only copies.
-
-    Raises
-    ------
-    ArgumentError
-        If a value has the wrong shape, is out of range or not finite, or values contradict.
-
+    read-only copies. ArgumentError is raised if a value has the wrong shape, is out of range or
+    not finite, or values contradict.
     """
 
     spring_coefficients: Array = _array(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .arrays import Array, ArrayLike
+from .arrays import Array, ArrayLike, read_only
 from .exceptions import ArgumentError
 
 # Joint order of all arrays in this package.
@@ -14,26 +14,22 @@ SIDES = ('right', 'left')
 BASE_FRAME = 'base'  # the robot's name for the frame in which mount() returns poses
 
 # Joint limits in the manufacturer's robot description [rad].
-POSITION_LOWER = np.array([-1.70167993878, -2.147, -3.05417993878, -0.05,
-                           -3.059, -1.57079632679, -3.059])
-POSITION_UPPER = np.array([1.70167993878, 1.047, 3.05417993878, 2.618,
-                           3.059, 2.094, 3.059])
+POSITION_LOWER = read_only(np.array(
+    [-1.70167993878, -2.147, -3.05417993878, -0.05, -3.059, -1.57079632679, -3.059]))
+POSITION_UPPER = read_only(np.array(
+    [1.70167993878, 1.047, 3.05417993878, 2.618, 3.059, 2.094, 3.059]))
 
 _STOP = 0.05  # distance from the limit at which a joint may be at its stop [rad]
 
 # Maximum joint speeds in the manufacturer's hardware specification [rad/s].
-VELOCITY_LIMIT = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])
+VELOCITY_LIMIT = read_only(np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0]))
 
 
 def joint_names(side: str) -> tuple[str, ...]:
     """
     Return the seven ROS joint names of one arm, in the package's joint order.
 
-    Raises
-    ------
-    ArgumentError
-        If side is neither 'right' nor 'left'.
-
+    ArgumentError is raised if side is neither 'right' nor 'left'.
     """
     if side not in SIDES:
         raise ArgumentError('side', f'expected one of {", ".join(SIDES)}, got {side!r}')
@@ -42,21 +38,11 @@ def joint_names(side: str) -> tuple[str, ...]:
 
 def mount(side: str) -> Array:
     """
-    Return the pose of the paper's frame {0} of one arm in the robot's ``base`` frame.
+    Return the pose (4, 4) of the paper's frame {0} of one arm in the robot's ``base``, in m.
 
     Source: the manufacturer's robot description (``right_torso_arm_mount`` and ``right_s0``,
-    and their left twins). The arms differ only in the sign of the yaw and of y.
-
-    Returns
-    -------
-    ndarray (4, 4)
-        Homogeneous transform, translation in m.
-
-    Raises
-    ------
-    ArgumentError
-        If side is neither 'right' nor 'left'.
-
+    and their left twins). The arms differ only in the sign of the yaw and of y. ArgumentError is
+    raised if side is neither 'right' nor 'left'.
     """
     joint_names(side)  # validates side
     sign = 1.0 if side == 'left' else -1.0
@@ -86,7 +72,3 @@ def gravity_in_base(gravity: ArrayLike, roll: float, pitch: float) -> Array:
                      [0.0, cr, -sr],
                      [-sp, cp * sr, cp * cr]])  # axes of the base as columns
     return base.T @ np.asarray(gravity, dtype=float)
-
-
-for _array in (POSITION_LOWER, POSITION_UPPER, VELOCITY_LIMIT):
-    _array.flags.writeable = False

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import paper_tables
-from .arrays import Array, ArrayLike, finite
+from .arrays import Array, ArrayLike, finite, read_only
 from .exceptions import ArgumentError
 from .joints import N_JOINTS, S1
 from .setting import Group, setting
@@ -31,13 +31,8 @@ class ArmParameters:
     Kinematic and inertial parameters of the seven links, in the paper's D-H frames.
 
     Arrays are read-only copies; row i is link i + 1 of the paper. ``theta_offset`` and
-    ``pseudo_inertia`` are derived, with the ``corrections`` applied.
-
-    Raises
-    ------
-    ArgumentError
-        If an array has the wrong shape or is not finite, or a correction is unknown.
-
+    ``pseudo_inertia`` are derived, with the ``corrections`` applied. ArgumentError is raised if an
+    array has the wrong shape or is not finite, or a correction is unknown.
     """
 
     d: Array  # (7,) link offset [m]
@@ -65,8 +60,7 @@ class ArmParameters:
             self.inertia, self.mass, self.center_of_mass, INERTIA_AT_ORIGIN in self.corrections))
 
     def _set(self, name: str, array: Array) -> None:
-        array.flags.writeable = False
-        object.__setattr__(self, name, array)
+        object.__setattr__(self, name, read_only(array))
 
 
 @dataclass(frozen=True)
@@ -74,12 +68,8 @@ class Payload(Group, prefix='payload.'):
     """
     A rigid body fixed to the hand, such as the electric gripper.
 
-    Raises
-    ------
-    ArgumentError
-        If no rigid body has these values: a negative mass or principal moment, principal moments
-        that violate the triangle inequality, or inertia without mass.
-
+    ArgumentError is raised if no rigid body has these values: a negative mass or principal moment,
+    principal moments that violate the triangle inequality, or inertia without mass.
     """
 
     mass: float = setting(0.0, 'Mass of the payload.', 'kg', 0.0, 10.0)

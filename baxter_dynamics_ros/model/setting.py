@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .arrays import finite, number
+from .arrays import finite, number, read_only
 from .exceptions import ArgumentError
 
 Floats = tuple[float, ...]
@@ -94,8 +94,7 @@ class Group:
         for name, setting in self.own_settings().items():
             value = setting.check(getattr(self, name))
             if setting.shape:
-                value = np.reshape(value, setting.shape)
-                value.flags.writeable = False
+                value = read_only(np.reshape(value, setting.shape))
             object.__setattr__(self, name, value)
 
     def __eq__(self, other: object) -> bool:

@@ -19,20 +19,10 @@ LOAD = {'payload.mass': 1.5, 'payload.center_of_mass': (0.02, -0.01, 0.1),
 pytestmark = pytest.mark.filterwarnings('error')
 
 
-def trajectory(t: np.ndarray) -> tuple:
-    """Return q, qd, qdd (n, 7) at times t (n,) in s: gentler than the perfect robot's own."""
-    amplitude = np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
-    w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
-    angle = w * np.asarray(t)[:, None] + np.arange(7)
-    centre = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.6, 0.0])
-    return (centre + amplitude * np.sin(angle), amplitude * w * np.cos(angle),
-            -amplitude * w ** 2 * np.sin(angle))
-
-
 def measured(settings, seconds=4.0, period=0.01, external=None, velocity=True) -> list:
     """Return stamp, position, velocity, effort of a perfect robot that is pushed from 1 s on."""
     t = np.arange(0.0, seconds, period)
-    q, late, effort = perfect_robot.measured(settings, t, trajectory)
+    q, late, effort = perfect_robot.measured(settings, t)
     if external is not None:  # the motors supply the less
         effort[t >= 1.0] -= settings.model.effort_model.coupled(external)
     stamps = [START + round(x * 1e9) for x in t]
@@ -72,7 +62,7 @@ def test_its_stamp_is_as_much_earlier_as_the_velocity_lags():
     assert externals[0] is externals[1] is None  # nothing is known of 14 ms before the first
     for message, external in zip(messages[2:], externals[2:]):
         assert external.stamp_ns == message[0] - 14 * MS
-    then = trajectory([(externals[-1].stamp_ns - START) * 1e-9])
+    then = perfect_robot.trajectory([(externals[-1].stamp_ns - START) * 1e-9])
     np.testing.assert_allclose(externals[-1].q, then[0][0], atol=1e-3)
     np.testing.assert_allclose(externals[-1].qd, then[1][0], atol=1e-12)
 
@@ -166,7 +156,7 @@ def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
 
 def test_a_stray_message_every_0_4_s_costs_no_more_than_itself():
     settings = PredictorSettings()
-    jacobian = settings.model.arm.jacobian(trajectory(np.arange(1.0, 4.0, 0.01))[0])
+    jacobian = settings.model.arm.jacobian(perfect_robot.trajectory(np.arange(1.0, 4.0, 0.01))[0])
     predictor = Predictor(settings, external=True)
     for k, message in enumerate(measured(settings, external=60.0 * jacobian[:, 1])):  # 60 N
         if k % 40 == 39:

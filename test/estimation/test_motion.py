@@ -3,24 +3,12 @@
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 from baxter_dynamics_ros.estimation.settings import AccelerationSettings, PredictorSettings
 import numpy as np
+from perfect_robot import sines as trajectory, VELOCITY_LAG
 import pytest
 
-VELOCITY_LAG = 0.014  # [s]
 W = 2 * np.pi * 5.0  # cutoff [rad/s]
 FILTER_DELAY = np.sqrt(2) / W  # [s]
 SETTLED = np.log(100.0) * np.sqrt(2) / W  # [s]
-
-_RNG = np.random.default_rng(1)
-_AMPLITUDE = _RNG.uniform(0.05, 0.2, (3, 7))  # [rad]
-_PHASE = _RNG.uniform(0.0, 2 * np.pi, (3, 7))  # [rad]
-_FREQUENCY = 2 * np.pi * np.array([[0.2], [0.5], [0.9]])  # [rad/s]
-
-
-def trajectory(t: np.ndarray) -> tuple:
-    """Return q, qd, qdd (n, 7) at times t (n,): sums of three sines."""
-    angle = _FREQUENCY * np.asarray(t)[:, None, None] + _PHASE
-    return tuple((_AMPLITUDE * _FREQUENCY ** k * np.sin(angle + k * np.pi / 2)).sum(-2)
-                 for k in range(3))
 
 
 def effort(t: np.ndarray) -> np.ndarray:

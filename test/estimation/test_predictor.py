@@ -32,10 +32,6 @@ def play(predictor, messages, names=RIGHT) -> list:
     return [predictor.handle(stamp, names, *arrays).prediction for stamp, *arrays in messages]
 
 
-def with_names(message: tuple, names=RIGHT) -> tuple:
-    return (message[0], names, *message[1:])
-
-
 def rms_residual(predictions) -> np.ndarray:
     """Return the RMS residual (7,) [N m]."""
     residuals = [p.residual for p in predictions if p is not None]

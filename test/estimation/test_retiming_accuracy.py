@@ -6,6 +6,7 @@ from arrivals import increases, made, PATTERNS, Retiming, run
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
+from perfect_robot import sines
 import pytest
 
 pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
@@ -14,24 +15,13 @@ from baxter_dynamics_ros.simulation.plant import Sensors  # noqa: E402, I100
 
 RATES = [38.0, 100.0, 1000.0]
 
-_DRAW = np.random.default_rng(1)
-_AMPLITUDE = _DRAW.uniform(0.05, 0.2, (3, 7))  # [rad]
-_PHASE = _DRAW.uniform(0.0, 2 * np.pi, (3, 7))  # [rad]
-_FREQUENCY = 2 * np.pi * np.array([[0.2], [0.5], [0.9]])  # [rad/s]
-
-
-def motion(t, k):
-    """Return the k-th derivative (n, 7) of a motion at times t (n,)."""
-    angle = _FREQUENCY * t[:, None, None] + _PHASE
-    return (_AMPLITUDE * _FREQUENCY ** k * np.sin(angle + k * np.pi / 2)).sum(-2)
-
 
 @lru_cache
 def sensed(rate):
     """Return 12 s of times [s], and the positions and velocities (n, 7) that are measured then."""
     sensors, none = Sensors(), np.zeros(7)
     every = round(1000 / rate)
-    q = motion(np.arange(12000) * 0.001, 0)
+    q, _, _ = sines(np.arange(12000) * 0.001)
     samples = []
     for i, row in enumerate(q):
         sensors.read(row)
@@ -46,7 +36,7 @@ def acceleration_error(rate, stamps, since):
     given = np.flatnonzero(np.isfinite(stamps))
     estimator = MotionEstimator(PredictorSettings())
     errors = []
-    truth = motion(t - estimator.delay, 2)
+    _, _, truth = sines(t - estimator.delay)
     for i, dt in zip(given, np.diff(stamps[given], prepend=stamps[given[0]])):
         estimate = estimator.update(0, dt, q[i], qd[i], None).estimate
         if t[i] > since and estimate is not None:
