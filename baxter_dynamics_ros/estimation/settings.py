@@ -183,5 +183,5 @@ class PredictorSettings(Group):
         return NewtonEuler(arm).inverse_dynamics
 
 
-SETTINGS = tuple(PredictorSettings.all_settings())
-DEFAULTS = {setting.name: setting.default for setting in SETTINGS}
+SETTINGS = tuple(setting for setting, _ in PredictorSettings().items())
+DEFAULTS = PredictorSettings().parameters()

@@ -3,7 +3,6 @@
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, Field, field, fields, replace
-from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -79,19 +78,20 @@ class Setting:
 class Group:
     """Base of groups of settings; values are checked when a group is created."""
 
-    prefix: ClassVar[str]  # of the names of the settings
+    own_settings: ClassVar[dict[str, Setting]] = {}  # field name -> declaration
 
     def __init_subclass__(cls, prefix: str = '') -> None:
-        """Store the prefix, and add the settings to the docstring."""
-        cls.prefix = prefix
-        entries = [each.metadata['setting'].document(name) for name, each in vars(cls).items()
-                   if isinstance(each, Field)]
+        """Collect the settings, whose names have a prefix, and add them to the docstring."""
+        own = {name: replace(each.metadata['setting'], name=prefix + name)
+               for name, each in vars(cls).items() if isinstance(each, Field)}
+        cls.own_settings = cls.own_settings | own
+        entries = ''.join(each.document(name) for name, each in own.items())
         text = (cls.__doc__ or '').rstrip()
-        cls.__doc__ = f'{text}\n\n    Attributes\n    ----------{"".join(entries)}'
+        cls.__doc__ = f'{text}\n\n    Attributes\n    ----------{entries}'
 
     def __post_init__(self) -> None:
         """Check each value and store it in the type of the default, or as a read-only array."""
-        for name, setting in self.own_settings().items():
+        for name, setting in self.own_settings.items():
             value = setting.check(getattr(self, name))
             if setting.shape:
                 value = read_only(np.reshape(value, setting.shape))
@@ -105,32 +105,19 @@ class Group:
         """Return the hash of the values."""
         return hash(tuple(self.parameters().values()))
 
-    def parameters(self) -> dict[str, Any]:
-        """Return the value of each setting by its dotted name; an array is a flat tuple."""
-        result: dict[str, Any] = {}
+    def items(self) -> 'Iterator[tuple[Setting, Any]]':
+        """Yield each setting, those of groups too, and its value; an array is a flat tuple."""
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, Group):
-                result |= value.parameters()
+                yield from value.items()
             else:
-                result[self.prefix + each.name] = (
+                yield self.own_settings[each.name], (
                     tuple(value.ravel().tolist()) if isinstance(value, np.ndarray) else value)
-        return result
 
-    @classmethod
-    @cache
-    def own_settings(cls) -> dict[str, Setting]:
-        """Return the settings of this group, field name to declaration."""
-        return {each.name: replace(each.metadata['setting'], name=cls.prefix + each.name)
-                for each in fields(cls) if 'setting' in each.metadata}
-
-    @classmethod
-    def all_settings(cls) -> 'Iterator[Setting]':
-        """Yield the settings of this group and of the groups in it, in order of declaration."""
-        own = cls.own_settings()
-        for each in fields(cls):
-            group: Any = each.default
-            yield from [own[each.name]] if each.name in own else group.all_settings()
+    def parameters(self) -> dict[str, Any]:
+        """Return the value of each setting by its dotted name."""
+        return {setting.name: value for setting, value in self.items()}
 
 
 def setting(default: Any, *declaration: Any, **options: Any) -> Any:
