@@ -28,9 +28,9 @@ def sines(t) -> tuple:
                  for k in range(3))
 
 
-def measured(settings, t) -> tuple:
+def measured(settings, t, motion=trajectory) -> tuple:
     """Return the position, velocity and effort (n, 7) that it measures at times t (n,)."""
-    q, qd, qdd = trajectory(t)
+    q, qd, qdd = motion(t)
     effort = settings.model.effort_model.effort(
         settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
-    return q, trajectory(t - VELOCITY_LAG)[1], effort
+    return q, motion(t - VELOCITY_LAG)[1], effort

@@ -29,7 +29,7 @@ from hypothesis import settings as profile, stateful, strategies as st  # noqa: 
 pytestmark = pytest.mark.filterwarnings('error')
 
 LONGER = int(os.environ.get('BAXTER_DYNAMICS_FUZZ', '0'))
-PROFILE = profile(max_examples=LONGER or 60, derandomize=not LONGER, database=None, deadline=None,
+PROFILE = profile(max_examples=LONGER or 40, derandomize=not LONGER, database=None, deadline=None,
                   stateful_step_count=40)
 
 MS = 1_000_000  # [ns]
@@ -111,7 +111,7 @@ class Life(stateful.RuleBasedStateMachine):
         self.stamp = min(max(self.stamp + step, FIRST), LAST)
         self.sent += 1
         self.last = names, *fields
-        before = self.recent.predicted
+        before = self.recent.predicted.prediction
         with np.errstate(divide='raise', over='raise', invalid='raise'):
             step = self.handler.handle(self.stamp, names, *fields)
             prediction, external = step.prediction, step.external
@@ -123,8 +123,7 @@ class Life(stateful.RuleBasedStateMachine):
         if prediction is not None:
             assert_sound(*(x for x in prediction[1:] if x is not None))
             assert prediction.stamp_ns <= step.state.stamp_ns
-            assert before is None or step.begins or (
-                prediction.stamp_ns > before.prediction.stamp_ns)
+            assert before is None or step.begins or prediction.stamp_ns > before.stamp_ns
             assert 0.0 <= step.delay < 3.0  # [s]
         if external is not None:
             assert_sound(external.q, external.qd, external.effort)
