@@ -30,7 +30,6 @@ LEVER = 0.25
 # Smallest singular value of the scaled Jacobian for which a wrench is returned [m].
 LEAST_SINGULAR_VALUE = 0.02
 _SCALE = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
-_ROW_SCALE = _SCALE[:, None].copy()
 
 
 class External(NamedTuple):
@@ -213,7 +212,7 @@ def hand_wrench(jacobian: Array, external: Array) -> 'HandWrench | None':
     move. It is zero for a push on the hand, and nonzero for a push on the elbow in the direction
     in which the elbow can swing.
     """
-    scaled = jacobian * _ROW_SCALE
+    scaled = jacobian * _SCALE[:, None]
     squares, directions = np.linalg.eigh(scaled.dot(scaled.T))
     if squares[0] < LEAST_SINGULAR_VALUE ** 2:
         return None

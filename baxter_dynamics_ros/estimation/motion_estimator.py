@@ -22,8 +22,7 @@ _TIME = itemgetter(0)
 class Estimate(NamedTuple):
     """Motion and measured effort of the arm at one instant; read-only (7,) in joint order."""
 
-    # The instant [ns], on the clock of the joint states' stamps: int, or an array in a batch.
-    stamp_ns: Any
+    stamp_ns: Any  # the instant [ns], on the clock of the stamps: int, or an array in a batch
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
     qdd: Array  # acceleration [rad/s^2]
@@ -60,13 +59,11 @@ class MotionEstimator:
 
     def configure(self, settings: PredictorSettings) -> None:
         """Change the filters, which settle again; the buffered samples stay."""
-        self.cutoff = settings.acceleration.cutoff  # of the derivative [Hz]
-        # Time by which measured velocity lags position and effort [s].
-        self.velocity_lag = settings.acceleration.velocity_lag
+        self.velocity_lag = settings.acceleration.velocity_lag  # behind position and effort [s]
+        cutoff = settings.acceleration.cutoff
         self._align = settings.align
         self._is_matched = settings.align and settings.effort_band == MATCHED
-        self._velocity = ButterworthDerivative(self.cutoff)
-        self._effort = ButterworthDerivative(self.cutoff)
+        self._velocity, self._effort = ButterworthDerivative(cutoff), ButterworthDerivative(cutoff)
         # Time from the instant of the estimate to the newest sample, if velocity is measured [s].
         self.delay = self.velocity_lag + self._velocity.delay if self._align else 0.0
         # Time after a reset for which estimates are withheld [s].

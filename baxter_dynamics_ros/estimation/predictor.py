@@ -16,8 +16,7 @@ from ..model.arrays import Array
 class Prediction(NamedTuple):
     """Predicted effort and residual at one instant; read-only arrays (7,) in joint order."""
 
-    # The instant [ns], on the clock of the joint states' stamps: int, or an array in a batch.
-    stamp_ns: Any
+    stamp_ns: Any  # the instant [ns], on the clock of the stamps: int, or an array in a batch
     q: Array  # position [rad]
     qd: Array  # velocity [rad/s]
     qdd: Array  # acceleration [rad/s^2]

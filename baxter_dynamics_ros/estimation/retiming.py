@@ -71,12 +71,7 @@ class Retiming:
         return self._line.jitter if self.retimed and self._line.locked else None
 
     def select(self, stamp_ns: int, received_ns: 'int | None') -> int:
-        """
-        Return the header stamp or time of receipt that is in use, before re-timing [ns].
-
-        The time of receipt, if known, replaces a zero header stamp, and every header stamp if the
-        source is 'receipt'.
-        """
+        """Return the stamp in use before re-timing [ns]: the header's, or the time of receipt."""
         if received_ns is not None and (stamp_ns == 0 or self.source == RECEIPT):
             return received_ns
         return stamp_ns

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import ArgumentError
 
-__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'number', 'read_only']
+__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'read_only']
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -38,13 +38,3 @@ def read_only(array: Array) -> Array:
     """Return an array after making it read-only."""
     array.flags.writeable = False
     return array
-
-
-def number(name: str, value: ArrayLike, lower: float = -np.inf, upper: float = np.inf,
-           unit: str = '') -> float:
-    """Return a finite float in [lower, upper]; ``unit`` is for the error."""
-    result = float(finite(name, value, ()))
-    if not lower <= result <= upper:
-        range_ = f'[{lower:g}, {upper:g}] {unit}'.rstrip()
-        raise ArgumentError(name, f'expected a value in {range_}, got {result:g}')
-    return result

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .arrays import finite, number, read_only
+from .arrays import finite, read_only
 from .exceptions import ArgumentError
 
 Floats = tuple[float, ...]
@@ -38,12 +38,9 @@ class Setting:
         kind = type(self.default)
         if isinstance(self.default, tuple):
             n = len(self.default)
-            found = finite(self.name, value, *{(n,), self.shape or (n,)}).ravel()
-            for i in np.flatnonzero((found < self.lower) | (found > self.upper)):
-                self._number(f'{self.name}[{i}]', found[i])  # raises
-            return tuple(found.tolist())
+            return tuple(self._within(value, *{(n,), self.shape or (n,)}))
         if kind is float:
-            return self._number(self.name, value)
+            return self._within(value, ())[0]
         if self.choices and value not in self.choices:
             raise ArgumentError(
                 self.name, f'expected one of {", ".join(self.choices)}, got {value!r}')
@@ -51,7 +48,7 @@ class Setting:
             raise ArgumentError(self.name, f'expected {TYPE_WORDS[kind]}, got {value!r}')
         if isinstance(value, str) and not value.isprintable():
             raise ArgumentError(self.name, f'expected printable text, got {value!r}')
-        return int(self._number(self.name, value)) if kind is int else value
+        return int(self._within(value, ())[0]) if kind is int else value
 
     def check_parameter(self, value: Any) -> Any:
         """Return the checked value of a ROS parameter; integers are not accepted for floats."""
@@ -61,8 +58,15 @@ class Setting:
             raise ArgumentError(self.name, f'expected {TYPE_WORDS[kind]}, got {value!r:.40}')
         return self.check(value)
 
-    def _number(self, name: str, value: Any) -> float:
-        return number(name, value, self.lower, self.upper, self.unit)
+    def _within(self, value: Any, *shapes: tuple[int, ...]) -> list[float]:
+        """Return numbers of one of some shapes as a flat list, if all are in the range."""
+        found = finite(self.name, value, *shapes).ravel()
+        outside = np.flatnonzero((found < self.lower) | (found > self.upper))
+        if outside.size:
+            name = f'{self.name}[{outside[0]}]' if shapes[0] else self.name
+            range_ = f'[{self.lower:g}, {self.upper:g}] {self.unit}'.rstrip()
+            raise ArgumentError(name, f'expected a value in {range_}, got {found[outside[0]]:g}')
+        return found.tolist()
 
     def document(self, name: str) -> str:
         """Return the entry of this setting in the docstring of its group."""

@@ -117,7 +117,7 @@ class PredictorDiagnostics:
 
     def _filter(self) -> Status:
         estimator, statistics = self.predictor.estimator, self.statistics
-        needed = _SAMPLES_PER_CYCLE * estimator.cutoff
+        needed = _SAMPLES_PER_CYCLE * self.predictor.settings.acceleration.cutoff
         state = ('waiting' if self._is_stale else
                  'running' if statistics.since('predicted') else 'settling')
         problems = self._remedies(_FILTER_EVENTS)
