@@ -11,12 +11,12 @@ from ..model.joints import JOINTS, N_JOINTS, VELOCITY_LIMIT
 GAP = 0.25  # longest time between two stamps before the filters restart [s]
 CLOCK_JUMP = 0.5  # step between stamps that indicates another clock [s]
 MAX_IN_A_ROW = 5  # consecutive messages dropped before the stream restarts with the next
-JUMP_MARGIN = 0.02  # largest position change that is never a jump [rad]
 # The robot publishes at 800 Hz or less, so closer stamps are times of arrival, and the samples may
 # be up to UNKNOWN_PERIOD apart.
 SHORTEST_PERIOD = 0.001  # [s]
 UNKNOWN_PERIOD = 0.03  # [s]
-_MARGIN = np.full(N_JOINTS, JUMP_MARGIN)  # faster to compare with than a float
+# Largest position change that is never a jump [rad]; faster to compare with than a float.
+_MARGIN = np.full(N_JOINTS, 0.02)
 # Allowed difference between true and measured velocity. The published velocity spans 22 ms and
 # lags by 14 ms; a wrist joint gains 4 rad/s in that time when the hand is hit with 200 N.
 _UNMEASURED = 1.5 * VELOCITY_LIMIT  # [rad/s]

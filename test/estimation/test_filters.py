@@ -129,18 +129,13 @@ def test_linear_signals_are_exact(rng):
         np.testing.assert_allclose(effort, EFFORT + RATE * t, atol=1e-10)
 
 
-def test_nothing_before_the_first():
-    history = filled([1.0, 1.01])
-    assert history.at(0.0) is history.at(1.0 - 1e-9) is None
-    assert history.at(1.0) is not None
-
-
 @pytest.mark.parametrize('t, known', [(0.05, True), (0.1, True), (0.15, False), (0.2, False),
                                       (0.25, False), (0.3, True)])
 def test_effort_is_missing_on_either_side_of_the_sample_without(t, known):
     q, effort = filled([0.0, 0.1, 0.2, 0.3, 0.4], without_effort=[2]).at(t)
     np.testing.assert_allclose(q, Q + QD * t, atol=1e-12)
     assert (effort is not None) == known
+    assert filled([1.0, 1.1]).at(1.0 - 1e-9) is None
 
 
 def test_repeated_stamp_yields_the_last_of_its_samples():

@@ -148,11 +148,6 @@ def test_missing_velocity_is_the_slope_of_the_positions(name, lag):
     assert error(motions, 'measured', effort((now - late_by)[late])) < 3e-3
 
 
-def test_missing_effort_stays_missing():
-    motions = [motion for motion in play(T, new(), trajectory(T)[0], trajectory(T)[1]) if motion]
-    assert motions and all(motion.measured is None for motion in motions)
-
-
 @pytest.mark.parametrize('align', [True, False])
 def test_repeated_stamp_gives_no_estimate(align):
     estimator = new(align=align)
