@@ -15,9 +15,8 @@ from .terminal import say
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
 from ..model.joints import joint_names, JOINTS, S1, SIDES
-from ..ros1.master import Master, resolve
 from ..ros1.subscriber import Subscriber
-from ..ros1.wire import JointState, Ros1Error, TYPE
+from ..ros1.wire import JointState, Master, resolve, Ros1Error, TYPE
 
 if TYPE_CHECKING:
     from .listener import Listener

@@ -11,9 +11,8 @@ import time
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
-from .master import call, endpoint, Master, resolve
 from .source import Source
-from .wire import JointState, Malformed, parse, Ros1Error, Stream
+from .wire import call, endpoint, JointState, Malformed, Master, parse, resolve, Ros1Error, Stream
 
 PERIOD = 1.0  # longest time between polls of the master [s]
 REST = 0.1  # shortest time between them, however often this node is called [s]

@@ -8,9 +8,9 @@ import time
 from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
 
-from baxter_dynamics_ros.ros1.master import call, Master, MAX_ANSWER
 from baxter_dynamics_ros.ros1.subscriber import Subscriber
-from baxter_dynamics_ros.ros1.wire import encode_header, MD5SUM, Ros1Error, TYPE
+from baxter_dynamics_ros.ros1.wire import (call, encode_header, Master, MAX_ANSWER, MD5SUM,
+                                           Ros1Error, TYPE)
 from hypothesis import given, settings, strategies as st
 import pytest
 
@@ -131,7 +131,7 @@ def test_each_failure_names_its_stage_and_a_remedy(serve, reply, answers, stage,
 
 def test_unusable_hosts_ports_and_uris(monkeypatch):
     with socket.create_server(('127.0.0.1', 0)) as silent:  # accepts, and never answers
-        monkeypatch.setattr('baxter_dynamics_ros.ros1.master.TIMEOUT', 0.2)
+        monkeypatch.setattr('baxter_dynamics_ros.ros1.wire.TIMEOUT', 0.2)
         cases = {
             f'http://127.0.0.1:{silent.getsockname()[1]}': 'route',
             'http://no-such-robot.invalid': 'name', 'http://127.0.0.1:1': 'port',
