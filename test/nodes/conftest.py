@@ -34,7 +34,7 @@ SDK_NAMES = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 
              'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0').split()
 
 
-# Runs a node with each list of arguments, which it must refuse; prints exit code and stderr.
+# Runs a node with lists of parameters and files that it must refuse; prints exit code and stderr.
 REFUSING = """
 import contextlib, importlib, io, json, sys, threading
 import rclpy
@@ -44,7 +44,8 @@ for arguments in json.load(sys.stdin):
     watchdog = threading.Timer(10.0, rclpy.try_shutdown)  # the node runs: nothing was refused
     watchdog.start()
     with contextlib.redirect_stderr(io.StringIO()) as err:
-        code = main([node, '--ros-args', *(x for each in arguments for x in ('-p', each))])
+        code = main([node, '--ros-args', *(
+            x for each in arguments for x in ('-p' if ':=' in each else '--params-file', each))])
     watchdog.cancel()
     rclpy.try_shutdown()
     print(json.dumps([code, err.getvalue()]), flush=True)
@@ -187,9 +188,9 @@ class Robot(Node):
             if message.status and message.status[0].name.startswith(f'{node}: ')]
 
     def report(self, node: str = 'torque_predictor') -> dict:
-        """Return the diagnostics of the next whole second."""
+        """Return the next diagnostics."""
         self.diagnostics.clear()
-        self.until(lambda: len(self.statuses(node)) >= 2, 10.0)
+        self.until(lambda: self.statuses(node), 10.0)
         return self.statuses(node)[-1]
 
 
@@ -233,7 +234,7 @@ def start(request, domain):
 
 @pytest.fixture(scope='session')
 def refusals(domain):
-    """Return a function: the one line with which a node refuses each list of parameters."""
+    """Return a function: the one line with which a node refuses parameters and files."""
     def refusals_(executable: str, cases) -> list:
         answer = subprocess.run(
             [sys.executable, '-c', REFUSING, executable], input=json.dumps(cases), text=True,

@@ -2,6 +2,7 @@
 
 import json
 import os
+from pathlib import Path
 import subprocess
 import sys
 
@@ -59,7 +60,9 @@ NODES = {
     'choice': under(WILD, 'arm: middle'), 'integer': under(WILD, 'contact.samples: 3'),
     'not an integer': under(WILD, 'contact.samples: 3.0'),
 }
-FILES = [*MASS.values(), *BOOLEAN.values(), *GRAVITY.values(), *NODES.values()]
+SHIPPED = sorted((Path(__file__).parents[2] / 'config').glob('*.yaml'))
+FILES = [*MASS.values(), *BOOLEAN.values(), *GRAVITY.values(), *NODES.values(),
+         *(path.read_text() for path in SHIPPED)]
 # Files given together, in order.
 PAIRS = [(MASS['0.3'], MASS['.5']), (MASS['.5'], MASS['0.3']), (MASS['1'], MASS['0.3']),
          (NODES['documents'], under(WILD, 'payload: {mass: 1}')),

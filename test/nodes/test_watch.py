@@ -84,8 +84,9 @@ def test_restores_the_terminal_and_saves_a_figure(watch, tmp_path, end, code):
     ours, its = pty.openpty()
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack('HHHH', 24, 80, 0, 0))
     before, output = termios.tcgetattr(its), b''
-    process = watch('--save', str(tmp_path / 'watch.svg'), stdin=its, stdout=its, stderr=its,
-                    start_new_session=True, env={**os.environ, 'TERM': 'xterm-256color'})
+    process = watch('--node', '/robot_7/predictor', '--save', str(tmp_path / 'watch.svg'),
+                    stdin=its, stdout=its, stderr=its, start_new_session=True,
+                    env={**os.environ, 'TERM': 'xterm-256color'})
 
     def read_until(text):
         nonlocal output
@@ -106,6 +107,6 @@ def test_restores_the_terminal_and_saves_a_figure(watch, tmp_path, end, code):
     assert output.rindex(b'\x1b[?1049l') > output.rindex(b'\x1b[?1049h')  # main screen
     assert output.rindex(b'\x1b[?25h') > output.rindex(b'\x1b[?25l')  # cursor
     svg = (tmp_path / 'watch.svg').read_text('utf-8')
-    assert 'torque_predictor' in svg and 'url(http' not in svg and b'Traceback' not in output
+    assert 'predictor' in svg and 'url(http' not in svg and b'Traceback' not in output
     os.close(ours)
     os.close(its)
