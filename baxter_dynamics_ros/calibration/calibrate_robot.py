@@ -17,9 +17,8 @@ from ..model.arrays import Array
 from ..model.effort import EffortModel
 from ..model.exceptions import ArgumentError
 from ..model.joints import JOINTS, S1
-from ..recordings.contact_intervals import Contact, contact_rows, find_contacts, MOST
 from ..recordings.data_check import Notice
-from ..recordings.playback import Lag
+from ..recordings.playback import Contact, contact_rows, find_contacts, Lag, MOST_CONTACT
 from ..recordings.recording import Recording
 
 _PARTS = 5  # number of folds of a single recording
@@ -156,7 +155,7 @@ def _without_contact(motions: list[Motion], settings: PredictorSettings
             for motion, own in zip(motions, found)]
     left = sum(map(len, free)) / sum(map(len, motions))
     joints = tuple(sorted({contact.joint for contact in contacts}, key=JOINTS.index))
-    if left < 1.0 - MOST or not all(motion.duration > 0.0 for motion in free):
+    if left < 1.0 - MOST_CONTACT or not all(motion.duration > 0.0 for motion in free):
         return motions, [], [Notice(
             'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
             f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact. '

@@ -10,9 +10,8 @@ import numpy as np
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.joints import JOINTS
-from ..recordings.contact_intervals import Contact
 from ..recordings.data_check import Notice
-from ..recordings.playback import Lag
+from ..recordings.playback import Contact, Lag
 
 _BETTER = 0.01  # mean relative decrease of the left-out residual that makes a fit better
 

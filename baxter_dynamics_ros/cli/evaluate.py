@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Evaluate recordings, print the errors of the prediction, and write the report."""
     from ..recordings.evaluate_recordings import Evaluator
-    from ..recordings.writer import new_bag, save_predictions
+    from ..recordings.bags import new_bag, save_predictions
     from ..report.evaluation_report import write_evaluation
     folder = output_path('--output', args.output, (), args.force, [*args.bags, *args.params])
     save_bag = Path(args.save_bag).expanduser() if args.save_bag else None

@@ -64,7 +64,7 @@ def whole_periods(trajectory: str) -> float:
 
 def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed: int) -> None:
     """Record the robot's next duration [s] at a rate [Hz] to a rosbag2 folder; print one line."""
-    from ..recordings.writer import new_bag
+    from ..recordings.bags import new_bag
     from ..simulation.robot import JOINT_STATE_NAMES, record
     path.parent.mkdir(parents=True, exist_ok=True)
     count, start = 0, robot.time

@@ -86,7 +86,7 @@ def read_settings(args: argparse.Namespace) -> dict[str, Any]:
 
 def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, list[Recording]]':
     """Return the settings and the recordings named by the options of add_recordings."""
-    from ..recordings.reader import open_recordings
+    from ..recordings.bags import open_recordings
     values = read_settings(args)
     if args.arm and values.get('arm', args.arm) != args.arm:
         say(f"warning: the parameters are of the {values['arm']} arm; friction, bias and tilt "

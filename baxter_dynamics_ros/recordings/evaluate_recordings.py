@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from .contact_intervals import Contact, contact_rows, find_contacts, MOST
 from .data_check import DataCheck, event_notices, Notice, RunningCheck
 from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics,
                                  Statistics)
-from .playback import play, Samples, stamp_statistics, StampStatistics
+from .playback import (Contact, contact_rows, find_contacts, MOST_CONTACT, play, Samples,
+                       stamp_statistics, StampStatistics)
 from .recording import Recording
 from ..estimation.events import Event
 from ..estimation.explanation import Explained, ResidualExplainer, WINDOW
@@ -150,7 +150,7 @@ class _Run:
         time, residual, q = map(np.concatenate, zip(*self._spaced))
         contacts = find_contacts(time, residual, q)
         refused = check is not None and any(one.refuses for one in check.problems)
-        mostly = contact_rows(time, contacts).sum() > MOST * len(time)
+        mostly = contact_rows(time, contacts).sum() > MOST_CONTACT * len(time)
         return [] if refused or mostly else contacts
 
     def _notices(self, stamps: StampStatistics, check: 'DataCheck | None',

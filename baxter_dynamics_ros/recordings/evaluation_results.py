@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .contact_intervals import Contact
 from .data_check import DataCheck, Notice
+from .playback import Contact
 from ..estimation.explanation import Explained
 from ..model.arrays import Array
 from ..model.effort import BAND

@@ -1,5 +1,5 @@
 """
-Playback of a recording through the node's predictor; regularity of its stamps; lag of velocity.
+Playback of a recording, and what it shows: regularity of stamps, lag of velocity, contact.
 
 A velocity that is ``lag`` seconds old integrates to less than the change of position by ``lag``
 times the change of velocity: a straight line, fitted over intervals of one second, in which
@@ -17,10 +17,12 @@ from .recording import JointState
 from ..estimation.continuity import GAP
 from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
+from ..estimation.settings import ContactSettings
 from ..model.arrays import Array, Bools
-from ..model.joints import N_JOINTS
+from ..model.joints import JOINTS, N_JOINTS, stops
 
 BLOCK = 4096  # estimates in a batch
+MOST_CONTACT = 0.2  # share of a recording above which a large residual is an error of the model
 TRAVEL = 0.05  # range of position within which a joint counts as at rest [rad]
 
 _NOTHING = np.full(N_JOINTS, np.nan)
@@ -28,6 +30,9 @@ _FEW = 20  # intervals below which nothing can be concluded
 _BREAK = 0.15  # time between samples that ends a segment [s]
 _INTERVAL = 1.0  # of the integration of velocity [s]
 _SLOPE = 0.02  # half the interval of the slope of position [s]
+_SHORTEST = 0.1  # duration for which the residual must exceed its limit [s]
+_RELEASE = 0.25  # contact lasts while the residual exceeds this share of its limit
+_MARGIN = 0.2  # excluded before and after, for the memory of the filter [s]
 _Samples = TypeVar('_Samples', bound='Samples')
 
 
@@ -76,6 +81,23 @@ class Lag(NamedTuple):
     value: float  # [s]
     uncertainty: float  # standard error, from the differences between joints [s]
     per_joint: Array  # (7,) [s]; NaN for a joint that does not move
+
+
+class Contact(NamedTuple):
+    """One contact of one joint."""
+
+    joint: str
+    start: float  # since the beginning of the recording [s]
+    end: float  # [s]
+    peak: float  # largest residual [N m]
+    at_stop: bool  # whether the joint is at the end of its range
+    recording: str = ''
+
+    def __str__(self) -> str:
+        """Return joint, torque and time as text."""
+        where = f'{self.joint} at its stop' if self.at_stop else self.joint
+        return (f'{where}, {abs(self.peak):.0f} N m, from {self.start:.1f} to {self.end:.1f} s'
+                + (f' of {self.recording}' if self.recording else ''))
 
 
 def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Samples]:
@@ -188,3 +210,40 @@ def lag_and_scale(sums: Array) -> tuple['Lag | None', float]:
     value = float(np.median(known))
     spread = float(np.std(known, ddof=1)) if len(known) > 1 else abs(value)
     return Lag(value, spread / float(np.sqrt(len(known))), lags), scale
+
+
+def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -> list[Contact]:
+    """
+    Return the contacts in a recording, in the order of joints and times (n,) [s].
+
+    Of residuals (n, 7) [N m] an offset does not matter; positions q are (n, 7) [rad].
+    """
+    if not len(time):
+        return []
+    residual = residual - np.median(residual, axis=0)
+    near_stop = stops(q) != 0.0
+    return [Contact(JOINTS[i], float(time[rows][0]), float(time[rows][-1]),
+                    float(max(residual[rows, i], key=abs)), bool(np.median(near_stop[rows, i])),
+                    recording)
+            for i, limit in enumerate(ContactSettings.limit) for part in segments(time)
+            for rows in _intervals(time, residual[:, i], part, limit)]
+
+
+def contact_rows(time: Array, contacts: list[Contact]) -> Bools:
+    """Return whether each sample (n,) belongs to a contact or its margin."""
+    mask = np.zeros(len(time), dtype=bool)
+    for contact in contacts:
+        mask |= (time > contact.start - _MARGIN) & (time < contact.end + _MARGIN)
+    return mask
+
+
+def _intervals(time: Array, signal: Array, part: slice, limit: float) -> list[slice]:
+    """Return the intervals of a segment that exceed the limit for long enough."""
+    size = np.abs(signal[part])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], size > _RELEASE * limit, [0]])))
+    found = []
+    for start, end in zip(edges[::2], edges[1::2]):
+        beyond = time[part][start:end][size[start:end] > limit]
+        if len(beyond) and beyond[-1] - beyond[0] >= _SHORTEST:
+            found.append(slice(part.start + start, part.start + end))
+    return found

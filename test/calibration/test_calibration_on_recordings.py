@@ -6,14 +6,14 @@ from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
 from baxter_dynamics_ros.model.effort import EffortModel, SPRING_RANGE
 from baxter_dynamics_ros.model.joints import JOINTS, S1
-from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
+from baxter_dynamics_ros.recordings.playback import contact_rows, find_contacts
 from calibration.known_robot import kept, observe_once, Recording, warnings
 import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags: pip install ".[offline]"')
 
-from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import open_recordings  # noqa: E402, I100
 
 pytestmark = pytest.mark.timeout(400)  # fits with many parameters, on a busy machine
 

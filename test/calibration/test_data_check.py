@@ -6,7 +6,7 @@ from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.calibration.fit_data import CalibrationError
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.recordings.contact_intervals import contact_rows, find_contacts
+from baxter_dynamics_ros.recordings.playback import contact_rows, find_contacts
 from calibration.known_robot import FRICTION, record, Recording, wander
 import numpy as np
 import pytest

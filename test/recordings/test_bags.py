@@ -9,7 +9,7 @@ from recordings.joint_states import GRIPPER, KINDS, LEFT, RIGHT, ROBOT, START, s
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bag_files import type_store  # noqa: E402, I100
-from baxter_dynamics_ros.recordings.reader import BagRecording  # noqa: E402
+from baxter_dynamics_ros.recordings.bags import BagRecording  # noqa: E402
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 from mcap.reader import make_reader  # noqa: E402
 from mcap.writer import IndexType, Writer  # noqa: E402

@@ -10,7 +10,7 @@ import pytest
 from recordings.joint_states import GRIPPER, KINDS, ROBOT, states, TOPIC
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.reader import BagRecording, open_recordings  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import BagRecording, open_recordings  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 
 

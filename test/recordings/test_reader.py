@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.reader import open_recordings  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import open_recordings  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 
 RIGHT, LEFT = joint_names('right'), joint_names('left')

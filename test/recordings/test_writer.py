@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install rosbags')
-from baxter_dynamics_ros.recordings.writer import new_bag  # noqa: E402, I100
+from baxter_dynamics_ros.recordings.bags import new_bag  # noqa: E402, I100
 from rosbags.highlevel import AnyReader  # noqa: E402
 
 START = 1_700_000_000_123_456_789  # [ns]

@@ -10,9 +10,9 @@ from baxter_dynamics_ros.calibration.calibration_results import Fitted, Judged, 
 from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.model.joints import JOINTS
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
-from baxter_dynamics_ros.recordings.contact_intervals import Contact
 from baxter_dynamics_ros.recordings.evaluation_results import (ESTIMATORS, Expected, METHODS,
                                                                TERMS)
+from baxter_dynamics_ros.recordings.playback import Contact
 import numpy as np
 import pytest
 from report.pages import HOSTILE, Page
