@@ -44,18 +44,13 @@ def choose(problem: Problem, wanted: Collection[str]
 def best_fit(problem: Problem, steps: Sequence[Selection]
              ) -> tuple['Fit', Sequence[Selection]]:
     """Return the fit of the last step, or of a better earlier one, and the steps after that."""
-    errors = np.array([_log_error(step.rms) for step in steps])
-    last = len(steps) - 1
-    fit = Fit(problem, steps[last])
-    while last > 0:
-        earlier = int(np.argmin(errors[:last]))
-        if fit.log_error < errors[earlier] + _WORSE:
+    fit, last = Fit(problem, steps[-1]), len(steps) - 1
+    for error, n in sorted((_log_error(step.rms), n) for n, step in enumerate(steps[:-1])):
+        if fit.log_error < error + _WORSE:
             break
-        other = Fit(problem, steps[earlier])
-        if other.log_error < fit.log_error - _WORSE:
-            fit, last = other, earlier
-        else:
-            errors[earlier] = np.inf  # the quick fit of this step promised too much
+        # The quick fit of a step may promise too much.
+        if n < last and (other := Fit(problem, steps[n])).log_error < fit.log_error - _WORSE:
+            fit, last = other, n
     return fit, steps[last + 1:]
 
 

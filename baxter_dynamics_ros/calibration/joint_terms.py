@@ -100,44 +100,56 @@ class Term(ABC):
                 if gradient[active].any()]
 
 
-class PerJoint(Term):
+class EffortTerm(Term):
+    """Term whose parameters change one setting of the effort model in orthogonal directions."""
+
+    setting: str  # name within the effort model
+    directions: Array  # (p, n) change of the setting for a unit of each parameter
+    constants: dict[str, float] = {}  # further settings with this term
+
+    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
+        present = getattr(settings.effort_model, self.setting).ravel()
+        values = {self.setting: present + deviation @ self.directions, **self.constants}
+        return {f'effort_model.{name}': value for name, value in values.items()}
+
+    def read(self, settings: PredictorSettings) -> Array:
+        present = getattr(settings.effort_model, self.setting).ravel()
+        return present @ self.directions.T / (self.directions ** 2).sum(1)
+
+
+class PerJoint(EffortTerm):
     """Term with one parameter per joint, that of the effort model with the same name."""
+
+    directions = np.eye(N_JOINTS)
 
     def __init__(self, name: str, column: Callable[[Sample], Array], prior: Array = TORQUE,
                  lower: Array | float = -np.inf, worth: float = WORTH,
                  without: Collection[int] = (), **constants: float) -> None:
         super().__init__(prior, np.eye(N_JOINTS, dtype=bool), lower)
         self.acts[list(without)] = False
-        self.name, self.worth = name, worth
+        self.name = self.setting = name
+        self.worth, self.constants = worth, constants
         self.quantities = [(joint, '', _UNITS[f'effort_model.{name}'])
                            for joint in range(N_JOINTS)]
-        self.constants = constants  # further settings of the effort model with this term
         self._column = column  # effort (n, 7) for a unit of each parameter
 
     def columns(self, sample: Sample, joint: int) -> Array:
         return self._column(sample)[:, joint, None]
 
-    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
-        values = {self.name: self.read(settings) + deviation, **self.constants}
-        return {f'effort_model.{name}': value for name, value in values.items()}
 
-    def read(self, settings: PredictorSettings) -> Array:
-        return np.array(getattr(settings.effort_model, self.name))
-
-
-class Spring(Term):
+class Spring(EffortTerm):
     """
     Spring at s1: its shape, or a gain of a fixed shape.
 
     Its constant is part of the bias of s1, unless the shape is fitted without a bias.
     """
 
-    name = 'spring'
+    name, setting = 'spring', 'spring_coefficients'
 
     def __init__(self, model: EffortModel, shape: bool, constant: bool = False) -> None:
         first = 0 if constant else 1
         self._range = model.spring_range
-        self._units = np.eye(5)[first:] if shape else model.spring_coefficients[None]
+        self.directions = np.eye(5)[first:] if shape else model.spring_coefficients[None]
         self.quantities = ([(S1, component, 'N m') for component in _COMPONENTS[first:]]
                            if shape else [(S1, 'gain', '-')])
         deviation = _GAIN if not shape else _NEW_SHAPE if constant else _SHAPE
@@ -147,24 +159,18 @@ class Spring(Term):
     def columns(self, sample: Sample, joint: int) -> Array:
         angle = np.clip(sample.motion.q[:, S1], *self._range)
         return np.stack([np.ones(len(angle)), np.sin(angle), np.cos(angle), np.sin(2 * angle),
-                         np.cos(2 * angle)], axis=1) @ self._units.T
-
-    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
-        return {'effort_model.spring_coefficients':
-                settings.effort_model.spring_coefficients + deviation @ self._units}
-
-    def read(self, settings: PredictorSettings) -> Array:
-        return settings.effort_model.spring_coefficients @ np.linalg.pinv(self._units)
+                         np.cos(2 * angle)], axis=1) @ self.directions.T
 
 
-class Crosstalk(Term):
+class Crosstalk(EffortTerm):
     """Shares of the effort of other joints in the measured effort, 42 in the order of the rows."""
 
-    name = 'crosstalk'
+    name = setting = 'crosstalk'
     separate = True
     least = 0.02  # smaller ones, mostly at the wrist, imitate other errors and do not travel
     worth = WORTH_OF_ODD
     where = np.flatnonzero(~np.eye(N_JOINTS, dtype=bool))  # in the matrix, row by row
+    directions = np.eye(N_JOINTS ** 2)[where]
     quantities = [(k // N_JOINTS, f'of {JOINTS[k % N_JOINTS]}', '-') for k in where.tolist()]
 
     def __init__(self) -> None:
@@ -173,11 +179,3 @@ class Crosstalk(Term):
 
     def columns(self, sample: Sample, joint: int) -> Array:
         return np.delete(sample.effort, joint, axis=1)
-
-    def values(self, settings: PredictorSettings, deviation: Array) -> dict[str, Any]:
-        matrix = settings.effort_model.crosstalk.flatten()
-        matrix[self.where] += deviation
-        return {'effort_model.crosstalk': matrix}
-
-    def read(self, settings: PredictorSettings) -> Array:
-        return settings.effort_model.crosstalk.ravel()[self.where]

@@ -52,7 +52,8 @@ def write_evaluation(folder: str | Path, evaluations: Sequence[Evaluation],
     errors = [total.methods.get(method, NOTHING)[1:4] for method in METHODS]
     page = render(
         'evaluation.html.j2', evaluations=evaluations, pictures=pictures, total=total,
-        assessment=assessment, findings=findings(RULES, total), several=several,
+        assessment=assessment, several=several,
+        findings=findings(RULES, total) if total.methods else {},
         notices=[f'{one.name}: {notice}' if several else str(notice)
                  for one in evaluations for notice in one.notices],
         predictions=sum(one.counts.get('predicted', 0) for one in evaluations),
@@ -142,9 +143,7 @@ def recordings_table(evaluations: Sequence[Evaluation]) -> Table:
 
 
 def _offset(of: Statistics) -> 'str | None':
-    errors = of.methods.get('lagrange_euler')
-    if errors is None:
-        return None
+    errors = of.methods['lagrange_euler']
     mostly = errors.signed_mean ** 2 > 0.5 * errors.rms ** 2
     if of.expected is not None:
         mostly &= np.abs(errors.signed_mean) > BAND * of.expected.deviation
@@ -157,10 +156,9 @@ def _offset(of: Statistics) -> 'str | None':
 
 
 def _beyond_the_terms(of: Statistics) -> 'str | None':
-    errors = of.methods.get('lagrange_euler')
-    if errors is None or not (beyond := errors.rms > np.max([*of.shares.values()], axis=0)).any():
-        return None
-    return f'The error is larger than every term of the model at {listed(beyond)}.'
+    beyond = of.methods['lagrange_euler'].rms > np.max([*of.shares.values()], axis=0)
+    return (f'The error is larger than every term of the model at {listed(beyond)}.'
+            if beyond.any() else None)
 
 
 RULES = {'Offset': _offset, 'Not in the model': _beyond_the_terms}

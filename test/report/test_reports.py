@@ -253,7 +253,7 @@ def test_verdict_advice_and_warnings_come_first(pages):
     assert re.search(r'not_this_arm\s*5', after)
 
 
-def test_findings_of_an_evaluation(evaluate, too_short):
+def test_findings_of_an_evaluation(evaluate):
     one = evaluate()
     found = sentences(evaluation_report, one)
     assert 's0 (0.50 N m), s1 (−0.25 N m)' in found['Offset']
@@ -261,4 +261,3 @@ def test_findings_of_an_evaluation(evaluate, too_short):
     expected = Expected(np.array([0.2, 0.2, *5 * [0.01]]), np.ones(7))
     found = sentences(evaluation_report, replace(one, expected=expected))
     assert 'offset at s0 (0.50 N m). ' in found['Offset']  # that of s1 is expected
-    assert sentences(evaluation_report, too_short) == {}
