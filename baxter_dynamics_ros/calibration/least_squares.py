@@ -112,9 +112,8 @@ class Problem:
         return np.sqrt(squared_errors.sum(0) / count)
 
     def fit(self, sums: Array, weights: Array, active: Bools) -> Array:
-        """Return the deviations (p,) that fit sums at the joints whose weight is not zero."""
-        return solve(sums, weights, active & self.acts[weights > 0.0].any(0), self.prior,
-                     self.lower)
+        """Return the deviations (p,) of the active parameters that fit sums."""
+        return solve(sums, weights, active, self.prior, self.lower)
 
     def cross_validate(self, weights: Array, active: Bools) -> Array:
         """Return the squared residuals (folds, 7) of each fold with the fit to the others."""
@@ -204,7 +203,6 @@ class Selector:
         self._wanted, self._unknown = wanted, unknown
         self._active = problem.mask()  # parameters selected so far
         self._errors = np.stack([fold[:, -1, -1] for fold in problem.folds])  # (folds, 7)
-        self._coupled = False  # whether a term that all joints share is fitted
 
     def steps(self) -> list[Selection]:
         """Try the terms in the order of the problem; the first step has no term."""
@@ -212,12 +210,11 @@ class Selector:
         for term, where in self._best_alternatives():
             kept: set[int] = set()
             for joints, own in self._parts(term, where):
-                new = self._problem.cross_validate(*self._trial(joints, own))[:, joints]
+                new = self._errors_with(own)[:, joints]
                 if term.name in self._wanted or _is_better(new, self._errors[:, joints], term):
                     self._active[own] = True
                     self._errors[:, joints] = new
                     kept.update(joints)
-            self._coupled |= term.shared and bool(kept)
             steps.append(self._step(term.name, kept))
         return steps
 
@@ -225,12 +222,15 @@ class Selector:
         return Selection(term, tuple(sorted(joints)), self._problem.rms(self._errors),
                          self._active.copy())
 
-    def _trial(self, joints: list[int], own: 'Indices | slice') -> tuple[Array, Bools]:
-        """Return weights (7,) and active parameters (p,) to fit some joints with some more."""
+    def _with(self, own: 'Indices | slice | int') -> Bools:
+        """Return the active parameters (p,) with some more."""
         active = self._active.copy()
         active[own] = True
-        fitted = self._coupled | np.isin(np.arange(N_JOINTS), joints)
-        return np.where(fitted, self._weights, 0.0), active
+        return active
+
+    def _errors_with(self, own: 'Indices | slice | int') -> Array:
+        """Return the squared residuals (folds, 7) of a fit with some more parameters."""
+        return self._problem.cross_validate(self._weights, self._with(own))
 
     def _best_alternatives(self) -> Iterator[tuple[Term, slice]]:
         """Yield the terms and their slices; of the Dahl terms only that with the best length."""
@@ -241,8 +241,7 @@ class Selector:
 
     def _misfit(self, alternative: tuple[Term, slice]) -> float:
         """Return the sum of the logarithms of the squared errors, each joint fitted by itself."""
-        _, active = self._trial([], alternative[1])
-        errors = [self._problem.cross_validate(weights, active)[:, joint]
+        errors = [self._problem.cross_validate(weights, self._with(alternative[1]))[:, joint]
                   for joint, weights in enumerate(np.diag(self._weights))]
         return float(np.log(np.sum(errors, axis=1)).sum())
 
@@ -254,24 +253,20 @@ class Selector:
             return
         for joint in range(N_JOINTS):
             own = where.start + np.flatnonzero(term.acts[joint] & known)
-            if term.separate:
-                yield from (([joint], part) for part in self._useful(term, where, joint, own))
-            elif len(own):
-                yield [joint], own
+            parts = self._useful(term, where, joint, own) if term.separate else [own]
+            yield from (([joint], part) for part in parts if len(part))
 
-    def _useful(self, term: Term, where: slice, joint: int, own: Indices) -> Iterator[Indices]:
-        """Yield parameters that are large enough and help their joint, the most useful first."""
+    def _useful(self, term: Term, where: slice, joint: int, own: Indices) -> list[Indices]:
+        """Return parameters that are large enough and help their joint, the most useful first."""
         problem = self._problem
-        before = problem.cross_validate(*self._trial([joint], own[:0]))[:, [joint]]
-        useful = []
+        before, useful = self._errors_with(own[:0])[:, [joint]], []
         for k in own.tolist():
-            trial = self._trial([joint], np.array([k]))
-            errors = problem.cross_validate(*trial)[:, [joint]]
+            errors = self._errors_with(k)[:, [joint]]
             value = (term.read(problem.before)[k - where.start]
-                     + problem.fit(problem.whole, *trial)[k])
+                     + problem.fit(problem.whole, self._weights, self._with(k))[k])
             if abs(value) >= term.least and _is_better(errors, before, term):
                 useful.append((errors.sum(), k))
-        yield from (np.array([k]) for _, k in sorted(useful))
+        return [np.array([k]) for _, k in sorted(useful)]
 
 
 def _is_better(new: Array, old: Array, term: Term) -> bool:
