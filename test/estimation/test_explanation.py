@@ -6,6 +6,7 @@ from baxter_dynamics_ros.estimation.predictor import Prediction, Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import POSITION_UPPER
 import numpy as np
+from perfect_robot import trajectory
 import pytest
 
 DEVIATION = (0.3, 0.4, 0.3, 0.2, 0.08, 0.1, 0.05)  # of a calibrated arm [N m]
@@ -17,16 +18,11 @@ POSES = np.array([  # [rad]
     [-0.6, 0.4, -0.4, 0.6, 0.9, 0.8, -1.0],
     [0.2, -1.0, 1.2, 1.6, 0.3, -0.6, 0.5],
     [0.0, 0.1, 0.0, 0.2, 0.0, 0.3, 0.0]])
-MOTION = np.array([[0.4, 0.35, 0.45, 0.4, 0.5, 0.6, 0.7],  # amplitude [rad]
-                   [1.9, 1.6, 2.2, 1.9, 2.5, 2.8, 3.1],  # angular frequency [rad/s]
-                   [0.0, -0.5, 0.1, 1.2, 0.2, 0.5, 0.0]])  # centre [rad]
 
 
 def motion(t):
     """Return q, qd and qdd (7,) of a free motion of all joints."""
-    a, w, center = MOTION
-    angle = w * t + np.arange(7)
-    return center + a * np.sin(angle), a * w * np.cos(angle), -a * w * w * np.sin(angle)
+    return [x[0] for x in trajectory([t])]
 
 
 def explain(residual, at=motion, model=None, arm=None, contact=False):

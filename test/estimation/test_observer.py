@@ -3,19 +3,12 @@
 from baxter_dynamics_ros import BaxterArm, Payload
 from baxter_dynamics_ros.estimation.external import MomentumObserver
 import numpy as np
+from perfect_robot import trajectory as motion
 import pytest
 
 GAIN = 10.0  # [1/s]
 PUSH = np.array([3.0, -2.0, 1.5, -1.0, 0.5, 0.3, -0.2])  # tau_ext [N m]
 ZERO = np.zeros(7)
-W = 2 * np.pi * np.linspace(0.2, 0.5, 7)  # [rad/s]
-
-
-def motion(t):
-    """Return q, qd, qdd (n, 7) at t (n,)."""
-    phase = np.multiply.outer(t, W)
-    return (0.4 * np.sin(phase) + np.linspace(-0.5, 0.5, 7), 0.4 * W * np.cos(phase),
-            -0.4 * W ** 2 * np.sin(phase))
 
 
 def observe(period, duration=2.0, push=PUSH, arm=None, gain=GAIN):
