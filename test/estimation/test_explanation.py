@@ -156,7 +156,7 @@ def explanations(recordings, file, arm):
     data, settings = np.load(recordings / file), PredictorSettings(arm=arm)
     parts = data['recording'] if 'recording' in data else np.zeros(len(data['stamp']))
     for part in np.unique(parts):
-        rows = np.flatnonzero(parts == part)[:5000]
+        rows = np.flatnonzero(parts == part)[:4000]
         predictor = Predictor(settings, external=True)
         explainer = ResidualExplainer(settings.model.arm, settings.model.effort_model)
         last = data['stamp'][rows[0]] + 3.0
