@@ -136,8 +136,7 @@ class _Run:
         contacts = self._contacts(check)
         stamps = stamp_statistics(np.concatenate(self._dt))
         return Evaluation(
-            **vars(self._statistics[0].result()) | {'arm': recording.arm},
-            name=recording.name, topic=recording.topic,
+            **vars(self._statistics[0].result()), name=recording.name, topic=recording.topic,
             duration=stamps.duration, rate=stamps.rate,
             counts={getattr(key, 'value', key): n for key, n in self.predictor.counts.items()},
             notices=tuple(self._notices(stamps, check, contacts)), time=time, bands=bands,
