@@ -129,8 +129,11 @@ def _without_metadata(folder: Path) -> str:
 
 
 def _check(file: Path) -> None:
-    """Raise BagError if a file is empty, of another kind than its name says, or truncated."""
-    kind = _KINDS[file.suffix]
+    """Raise BagError if a file is empty, of another kind than its name says, or incomplete."""
+    kind, log = _KINDS[file.suffix], file.with_name(file.name + '-wal')
+    if file.suffix == '.db3' and log.is_file() and log.stat().st_size:
+        raise BagError(f'{file}: its last messages are in {log.name}{_KILLED}: '
+                       f'`sqlite3 {file} "PRAGMA wal_checkpoint(TRUNCATE)"` adds them')
     with file.open('rb') as stream:
         start = stream.read(16)
         stream.seek(-len(start), os.SEEK_END)
@@ -141,10 +144,6 @@ def _check(file: Path) -> None:
         raise BagError(f'{file}: is not {kind.noun}, despite its name')
     if kind is _MCAP and not end.endswith(start[:8]):
         raise BagError(f'{file}: is truncated{_KILLED}: `{kind.repair.format(file)}`')
-    log = file.with_name(file.name + '-wal')
-    if file.suffix == '.db3' and log.is_file() and log.stat().st_size:
-        raise BagError(f'{file}: its last messages are in {log.name}{_KILLED}: '
-                       f'`sqlite3 {file} "PRAGMA wal_checkpoint(TRUNCATE)"` adds them')
 
 
 def _open(path: Path, stack: ExitStack) -> BagFile:

@@ -62,8 +62,9 @@ class BagRecording(Recording):
 
     def __enter__(self) -> 'BagRecording':
         """Open the bag and find topic and arm."""
-        with ExitStack() as stack, reading(self.path):
-            self._files, self._is_compressed = open_bag(self.path, stack)
+        with ExitStack() as stack:
+            with reading(self.path):
+                self._files, self._is_compressed = open_bag(self.path, stack)
             self._channels = [channel for file in self._files.values()
                               for channel in file.channels.values() if channel.count]
             self._choose(*self._wanted)

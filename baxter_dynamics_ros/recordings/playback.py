@@ -38,20 +38,20 @@ _Samples = TypeVar('_Samples', bound='Samples')
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Consecutive estimates of one arm, and the newest measurements at those times."""
+    """Consecutive estimates of one arm, and measurements at those times; arrays (n, 7)."""
 
     time: Array  # (n,) since the first estimate; stamps that step back count as a gap [s]
-    q: Array  # (n, 7) estimated position, as the next four [rad]
-    qd: Array  # [rad/s]
-    qdd: Array  # [rad/s^2]
-    effort: Array  # measured effort in their band [N m]; NaN where none was measured
+    q: Array  # estimated position [rad]
+    qd: Array  # estimated velocity [rad/s]
+    qdd: Array  # estimated acceleration [rad/s^2]
+    effort: Array  # measured effort in the band of qdd [N m]; NaN where none was measured
     dahl: Array  # Dahl's state [-]
-    newest_q: Array  # (n, 7) position as measured last, as the next three [rad]
-    newest_qd: Array  # [rad/s]; NaN if missing
-    usable_qd: Array  # [rad/s]; NaN also where the positions contradict it
-    newest_effort: Array  # [N m]; NaN where none was measured
+    newest_q: Array  # newest position [rad]
+    newest_qd: Array  # newest velocity as measured [rad/s]; NaN if missing
+    usable_qd: Array  # the same; NaN also where the positions contradict it
+    newest_effort: Array  # newest effort [N m]; NaN where none was measured
     dt: Array  # (n,) time since the previous measurement [s]
-    first_difference: Array  # (n, 7) (newest - previous usable velocity) / dt [rad/s^2], or NaN
+    first_difference: Array  # (newest - previous usable velocity) / dt [rad/s^2], or NaN
 
     @property
     def estimate(self) -> Estimate:
@@ -101,7 +101,7 @@ class Contact(NamedTuple):
 
 
 def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Samples]:
-    """Pass joint states to a predictor; yield blocks of BLOCK estimates, at last what is left."""
+    """Pass joint states to a predictor; yield its estimates in blocks, the last one not full."""
     rows: list[Any] = []  # time [ns], estimate, newest and previous state
     previous: Any = None
     last_ns, time_ns = None, 0
