@@ -130,9 +130,9 @@ setup(
     entry_points={
         'console_scripts': [
             'baxter_dynamics = baxter_dynamics_ros.cli.main:main',
-            'fake_baxter = baxter_dynamics_ros.cli.nodes:fake_baxter',
-            'joint_state_bridge = baxter_dynamics_ros.cli.nodes:joint_state_bridge',
-            'torque_predictor = baxter_dynamics_ros.cli.nodes:torque_predictor',
+            'fake_baxter = baxter_dynamics_ros.cli.main:fake_baxter',
+            'joint_state_bridge = baxter_dynamics_ros.cli.main:joint_state_bridge',
+            'torque_predictor = baxter_dynamics_ros.cli.main:torque_predictor',
         ],
     },
 )

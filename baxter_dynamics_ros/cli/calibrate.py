@@ -1,9 +1,14 @@
-"""calibrate: a fit of the effort model to recordings of one robot."""
+"""
+Fit the effort model to recordings of one robot.
+
+Keeps the terms that improve the prediction of recordings left out of the fit, and writes a
+parameter file for torque_predictor and evaluate, with a report beside it.
+"""
 
 import argparse
 from contextlib import ExitStack
 
-from .options import add_recordings, add_seed, number, output_path, read_inputs
+from .options import add, add_recordings, number, output_path, read_inputs
 from .terminal import progress, say, show_table
 from .. import __version__
 from ..calibration.calibration_results import Calibration
@@ -13,11 +18,6 @@ from ..model.joints import joint_names, JOINTS
 
 _RATE = 100.0  # of the recording of --plan [Hz]
 _REST = 1.0  # [s] recorded after the end of the trajectory, until the arm is at rest
-
-DESCRIPTION = (
-    'Fit bias, friction, spring, tilt and more to recordings of one arm, keep the terms that '
-    'improve the prediction of recordings left out of the fit, and write a parameter file for '
-    'torque_predictor and evaluate, with a report beside it.')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--max-velocity', type=number(0.1, 10.0, 'rad/s'), metavar='RAD/S',
                         help='with --plan: slow the trajectory down to this joint velocity, such '
                         'as 0.4 for robots that abort faster motion (default: 2.1, its own)')
-    add_seed(parser, 'with --plan: ')
+    add(parser, '--seed', help='with --plan: seed of the sensor noise (default: %(default)s)')
 
 
 def main(args: argparse.Namespace) -> int:

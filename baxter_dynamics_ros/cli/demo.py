@@ -1,4 +1,8 @@
-"""demo: a fake Baxter and the predictor, observed through their topics."""
+"""
+Run the predictor on a fake Baxter and show the residual.
+
+Compares the predicted with the measured effort, calls both services, and saves a figure.
+"""
 
 import argparse
 import io
@@ -9,7 +13,7 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from .options import add_arm, number, output_path
+from .options import add, number, output_path
 from .processes import NodeProcess
 from .terminal import complain, progress, say, show_table
 from ..estimation.settings import PredictorSettings
@@ -30,10 +34,6 @@ _COLORS = {'measured': '#9aa5b1', 'predicted': '#0b6e99', 'residual': '#b3401f',
            'first difference': '#e4d3c8'}
 _Signals = dict[str, tuple[Array, Array]]  # name -> time (n,) [s], values (n, 7) [N m]
 
-DESCRIPTION = (
-    'Start a fake Baxter and the predictor as separate processes, compare the predicted with '
-    'the measured effort, call both services, and save a figure.')
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics demo``."""
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='figure to save: .png, .pdf or .svg (default: %(default)s)')
     parser.add_argument('--panel', action='store_true',
                         help='show both in the web browser until Ctrl-C instead of comparing them')
-    add_arm(parser)
+    add(parser, '--arm')
 
 
 def main(args: argparse.Namespace) -> int:
@@ -108,7 +108,6 @@ def _show_panel(listener: 'Listener') -> int:
 
 
 def _call_services(listener: 'Listener') -> None:
-    """Call both services and print their answers."""
     try:
         from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
     except ImportError:

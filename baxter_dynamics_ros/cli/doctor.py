@@ -1,4 +1,9 @@
-"""doctor: checks of each step from the robot to the residual."""
+"""
+Check the chain from the robot to the residual.
+
+Prints the finding of each step and, if it fails, a remedy. The exit code is 0 only if all steps
+pass. The robot is not commanded.
+"""
 
 import argparse
 from collections.abc import Callable, Iterator
@@ -10,7 +15,7 @@ from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 
-from .options import add_topic
+from .options import add
 from .terminal import say
 from ..estimation.settings import PredictorSettings
 from ..model.arrays import Array
@@ -20,10 +25,6 @@ from ..ros1.wire import JointState, Master, resolve, Ros1Error, TYPE
 
 if TYPE_CHECKING:
     from .listener import Listener
-
-DESCRIPTION = (
-    'Check each step from the robot to the residual, and print its finding and, if it fails, a '
-    'remedy. The exit code is 0 only if all steps pass. The robot is not commanded.')
 
 _PATIENCE = 5.0  # [s] for discovery, connections and the first message
 _LOOK = 3.0  # [s] of joint states and residuals to check
@@ -46,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('uri', nargs='?', metavar='URI',
                         help="the robot's ROS 1 master, such as http://011303P0017.local:11311 "
                         '(default: check the ROS 2 side only)')
-    add_topic(parser)
+    add(parser, '--topic')
 
 
 def main(args: argparse.Namespace) -> int:
@@ -117,7 +118,6 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
 
 
 def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
-    """Yield the checks of the messages of some seconds."""
     for source in subscriber.sources(topic):
         source.close_period(1.0)
     before = sum(source.lost for source in subscriber.sources(topic))
@@ -140,7 +140,6 @@ def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
 
 
 def _contents(states: list[JointState]) -> Iterator[Check]:
-    """Yield the checks of the contents of joint states."""
     names = {name for state in states for name in state.name}
     arms = [side for side in SIDES if names.issuperset(joint_names(side))]
     grippers = [side for side in SIDES if any(
@@ -236,7 +235,6 @@ def ros2_checks(topic: str) -> Iterator[Check]:
 
 
 def _publishers(listener: 'Listener', topic: str) -> Check:
-    """Check that one node publishes the joint states."""
     listener.wait(lambda: (found := listener.node.get_publishers_info_by_topic(topic)) and all(
         'UNKNOWN' not in each.node_name for each in found), _PATIENCE)
     publishers = [f'{each.node_name} ({each.qos_profile.reliability.name.lower()}, '
@@ -252,7 +250,6 @@ def _publishers(listener: 'Listener', topic: str) -> Check:
 
 
 def _residuals(listener: 'Listener', diagnostics: list[Any]) -> Iterator[Check]:
-    """Check that there are predictors, and the residual of each."""
     from ..nodes.topics import EFFORT_RESIDUAL
     if not listener.wait(listener.predictors, _PATIENCE):
         yield Check('predictor', False, 'no torque_predictor is running',

@@ -1,4 +1,9 @@
-"""evaluate: errors of the predicted effort in recordings, as a report."""
+"""
+Measure the error of the predicted effort in recordings.
+
+Predicts the effort with the code of the node, compares it with the measured effort, and writes a
+report: report.html, its figures, summary.csv and summary.json.
+"""
 
 import argparse
 from contextlib import ExitStack
@@ -12,10 +17,6 @@ from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
 from ..recordings.advice import assess, Assessment
 from ..recordings.evaluation_results import Evaluation, Statistics
-
-DESCRIPTION = (
-    'Predict the effort in recordings with the code of the node, compare it with the measured '
-    'effort, and write a report: report.html, its figures, summary.csv and summary.json.')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

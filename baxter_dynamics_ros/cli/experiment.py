@@ -1,4 +1,8 @@
-"""experiment: one of the paper's trajectories on the fake Baxter, recorded and evaluated."""
+"""
+Record one of the paper's trajectories on the fake Baxter and evaluate it.
+
+The trajectories are 3(a) circle, 3(b) switch and 3(c) lift. No real robot is commanded.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import add_arm, add_seed, number, output_path
+from .options import add, number, output_path
 from .terminal import progress, say
 from ..simulation.trajectories import PERIODS
 
@@ -21,10 +25,6 @@ _SETTLING = 0.3  # [s] recorded before the periods, until the predictor settles
 # Whole periods, so that means are not biased; all take about a minute.
 _REPEATS = {'circle': 2, 'switch': 16, 'lift': 5}
 
-DESCRIPTION = (
-    "Run one of the paper's trajectories, 3(a) circle, 3(b) switch or 3(c) lift, on the fake "
-    'Baxter, record it as a rosbag2, and evaluate the recording. No real robot is commanded.')
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics experiment``."""
@@ -37,8 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--duration', type=number(2, 3600, 'seconds'), metavar='SECONDS',
                         help='length of the recording (default: whole periods of the trajectory, '
                         'about a minute)')
-    add_arm(parser)
-    add_seed(parser)
+    add(parser, '--arm')
+    add(parser, '--seed')
 
 
 def main(args: argparse.Namespace) -> int:

@@ -1,4 +1,8 @@
-"""export: the closed form in other languages, or the base parameters."""
+"""
+Write the dynamics of the arm in another language.
+
+The files stand alone, describe their inputs and outputs, and hold the arm's parameters as data.
+"""
 
 import argparse
 from contextlib import suppress
@@ -18,9 +22,6 @@ from ..model.exceptions import BaxterDynamicsError
 
 _LANGUAGES = {'c': sources.c_files, 'python': sources.python_files, 'matlab': sources.matlab_files,
               'latex': latex.files}
-DESCRIPTION = (
-    'Write the dynamics of the arm in another language, as standalone files that describe their '
-    "inputs and outputs. The arm's parameters are stored in the files as data.")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

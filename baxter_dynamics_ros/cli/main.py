@@ -1,8 +1,9 @@
-"""The baxter_dynamics command and its verbs."""
+"""The baxter_dynamics command and its verbs, and the commands of the nodes."""
 
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 import os
 import shlex
@@ -14,20 +15,11 @@ from .terminal import complain, printable
 from .. import __version__
 from ..model.exceptions import BaxterDynamicsError
 
-# Verb -> summary, and the extra of setup.py that it needs. A verb is a module of this folder with
-# DESCRIPTION, add_arguments(parser) and main(args). It imports what the extra installs in main,
-# so that --help works without.
-VERBS = {
-    'demo': ('run the predictor on a fake Baxter and show the residual', 'demo'),
-    'watch': ('show a running torque_predictor live in the terminal', 'demo'),
-    'panel': ('show a running torque_predictor in 3D in the web browser', 'panel'),
-    'doctor': ('check the chain from the robot to the residual', 'ros'),
-    'experiment': ("record one of the paper's trajectories on the fake Baxter and evaluate "
-                   'it', 'demo'),
-    'evaluate': ('measure the error of the predicted effort in recordings', 'offline'),
-    'calibrate': ('fit the effort model to recordings of your robot', 'offline'),
-    'export': ('write the closed form in another language, as standalone files', 'export'),
-}
+# Verb -> the extra of setup.py that it needs. A verb is a module of this folder with its
+# description as docstring, add_arguments(parser) and main(args). It imports what the extra
+# installs in main, so that --help works without.
+VERBS = {'demo': 'demo', 'watch': 'demo', 'panel': 'panel', 'doctor': 'ros', 'experiment': 'demo',
+         'evaluate': 'offline', 'calibrate': 'offline', 'export': 'export'}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -46,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)
         command += f' {args.verb}'
-        with needs(VERBS[args.verb][1]):
+        with needs(VERBS[args.verb]):
             code: int = args.main(args)
             return code
     except BaxterDynamicsError as error:
@@ -62,13 +54,13 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)
-    for name, (summary, _) in VERBS.items():
-        subparser = verbs.add_parser(name, help=summary)
-        if name in arguments[:1]:
-            verb = import_module(f'{__package__}.{name}')
-            subparser.description = verb.DESCRIPTION
-            verb.add_arguments(subparser)
-            subparser.set_defaults(main=verb.main)
+    for name in [verb for verb in VERBS if verb in arguments[:1]] or VERBS:
+        verb = import_module(f'{__package__}.{name}')
+        description = (verb.__doc__ or '').strip()
+        subparser = verbs.add_parser(
+            name, help=description.partition('.')[0], description=description)
+        verb.add_arguments(subparser)
+        subparser.set_defaults(main=verb.main)
     return parser.parse_args(arguments, argparse.Namespace(
         command_line=shlex.join(['baxter_dynamics', *arguments])))
 
@@ -83,6 +75,21 @@ def needs(extra: str) -> Iterator[None]:
             f'{error}. Without ROS, install the {extra} extra: pip install ".[{extra}]"; on a '
             'ROS machine, install the missing library with rosdep or pip') from None
 
+
+def _run_node(executable: str) -> int:
+    try:
+        with needs('ros'):
+            return int(import_module(f'baxter_dynamics_ros.nodes.{executable}').main())
+    except BaxterDynamicsError as error:
+        complain(f'{executable}: {error}')
+        return 1
+    except KeyboardInterrupt:  # while modules load, before the node handles signals
+        return 0
+
+
+torque_predictor = partial(_run_node, 'torque_predictor')
+fake_baxter = partial(_run_node, 'fake_baxter')
+joint_state_bridge = partial(_run_node, 'joint_state_bridge')
 
 if __name__ == '__main__':
     sys.exit(main())

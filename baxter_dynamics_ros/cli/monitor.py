@@ -81,7 +81,6 @@ class Predictor:
         return ', '.join(rates)
 
     def _rate(self, topic: str, now: float) -> float:
-        """Return the rate of a topic over the last two seconds [Hz]."""
         times = [receipt for receipt, _ in self._recent[topic] if receipt >= now - _RATE_WINDOW]
         return (len(times) - 1) / (now - times[0]) if len(times) > 1 else 0.0
 
@@ -200,7 +199,6 @@ class Monitor:
             reasons[0] if reasons else f'are joint states published on {self._topic}?')
 
     def _discover(self) -> None:
-        """Subscribe to new predictors."""
         if time.monotonic() - self._discovered < _DISCOVERY_PERIOD:
             return
         self._discovered = time.monotonic()

@@ -29,30 +29,28 @@ def number(low: float, high: float, unit: str = '',
     return check
 
 
-def add_arm(parser: argparse.ArgumentParser, text: str = 'arm (default: %(default)s)',
-            default: str | None = 'right') -> None:
-    """Add ``--arm``."""
-    parser.add_argument('--arm', choices=SIDES, default=default, help=text)
+# Declarations of options that several verbs have.
+_SHARED: dict[str, dict[str, Any]] = {
+    '--arm': {'choices': SIDES, 'default': 'right', 'help': 'arm (default: %(default)s)'},
+    '--seed': {'type': number(0, 2 ** 31 - 1, parse=int), 'default': 0, 'metavar': 'N',
+               'help': 'seed of the sensor noise (default: %(default)s)'},
+    '--topic': {'default': '/robot/joint_states', 'metavar': 'NAME',
+                'help': 'topic of the joint states (default: %(default)s)'},
+    '--node': {'default': '/torque_predictor', 'metavar': 'NAME',
+               'help': 'name of the predictor with its namespace (default: %(default)s)'},
+}
 
 
-def add_seed(parser: argparse.ArgumentParser, prefix: str = '') -> None:
-    """Add ``--seed``."""
-    parser.add_argument('--seed', type=number(0, 2 ** 31 - 1, parse=int), default=0, metavar='N',
-                        help=prefix + 'seed of the sensor noise (default: %(default)s)')
-
-
-def add_topic(parser: argparse.ArgumentParser) -> None:
-    """Add ``--topic`` of live joint states."""
-    parser.add_argument('--topic', default='/robot/joint_states', metavar='NAME',
-                        help='topic of the joint states (default: %(default)s)')
+def add(parser: argparse.ArgumentParser, option: str, **changes: Any) -> None:
+    """Add an option that several verbs have, with changes of its declaration."""
+    parser.add_argument(option, **{**_SHARED[option], **changes})
 
 
 def add_predictor(parser: argparse.ArgumentParser) -> None:
     """Add ``--node``, ``--topic`` and ``--arm`` of a running predictor."""
-    parser.add_argument('--node', default='/torque_predictor', metavar='NAME',
-                        help='name of the predictor with its namespace (default: %(default)s)')
-    add_arm(parser, 'show this arm only', None)
-    add_topic(parser)
+    add(parser, '--node')
+    add(parser, '--arm', default=None, help='show this arm only')
+    add(parser, '--topic')
 
 
 def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
@@ -60,17 +58,16 @@ def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
     parser.add_argument('--params', metavar='FILE', action='append', default=[],
                         help=f'parameter file of torque_predictor, {text}; given several times, '
                         'later files override earlier ones')
-    parser.add_argument('--node', metavar='NAME', default='/torque_predictor',
-                        help='node to read the parameters of (default: %(default)s)')
+    add(parser, '--node', help='node to read the parameters of (default: %(default)s)')
 
 
 def add_recordings(parser: argparse.ArgumentParser, nargs: str = '+') -> None:
     """Add the recordings, the options for reading them, and ``--force``; see read_inputs."""
     parser.add_argument('bags', nargs=nargs, metavar='BAG',
                         help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, an .npz or a .csv file')
-    add_arm(parser, 'arm (default: the only one in the recording)', None)
-    parser.add_argument('--topic', metavar='NAME',
-                        help='topic of the joint states (default: /robot/joint_states)')
+    add(parser, '--arm', default=None, help='arm (default: the only one in the recording)')
+    add(parser, '--topic', default=None,
+        help='topic of the joint states (default: /robot/joint_states)')
     add_parameters(parser, 'such as the result of a calibration')
     parser.add_argument('--force', action='store_true', help='replace existing output')
 

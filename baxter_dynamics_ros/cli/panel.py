@@ -1,13 +1,14 @@
-"""panel: a running predictor in the browser."""
+"""
+Show a running torque_predictor in 3D in the web browser.
+
+The page shows the robot with the external force, measured and predicted effort, the residual and
+its expected range over the last 30 s, contact and diagnostics. It has buttons for the services of
+the predictor. Ctrl-C quits.
+"""
 
 import argparse
 
 from .options import add_predictor, number
-
-DESCRIPTION = (
-    'Show a running torque_predictor in a web browser: the robot in 3D with the external force, '
-    'measured and predicted effort, the residual and its expected deviation over the last 30 s, '
-    'contact and diagnostics, and buttons for its services. Ctrl-C quits.')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -130,10 +130,9 @@ class Buttons:
         return {**clients, 'Reset': create(Trigger, f'{predictor}/{topics.RESET}')}
 
     def _start(self, verb: str) -> None:
-        """Start a call, unless another one has no answer yet."""
         if verb == 'Cancel':
             self._goal.cancel_goal_async()
-        elif self._call is None or self._call.done():
+        elif self._call is None or self._call.done():  # one at a time
             self._call = self._executor.create_task(
                 self._calibrate if verb == 'Calibrate' else self._trigger, verb)
 
@@ -180,7 +179,6 @@ def _summary(predictor: Predictor, now: float) -> str:
 
 
 def _diagnostics(predictor: Predictor, now: float) -> str:
-    """Return the diagnostics as HTML, one sentence per status."""
     return ''.join(_paragraph(text, _LEVELS[level], f'{name} ')
                    for name, level, text in predictor.diagnostics(now)
                    ) or _paragraph('no diagnostics', _LEVELS[3])

@@ -160,7 +160,7 @@ class Chart:
 
     def __init__(self, gui: viser.GuiApi, joint: str, colors: tuple[str, ...], bands: Any) -> None:
         is_last = joint == JOINTS[-1]  # with the times below it
-        self._joint, self._limits, self._is_symmetric = joint, (0.0, 0.0), bands is not None
+        self._joint, self._limits = joint, (0.0, 0.0)
         self._title = gui.add_html('')
         self._handle = gui.add_uplot(
             tuple(np.zeros((1 + len(colors), 1))),
@@ -178,7 +178,7 @@ class Chart:
         if not np.isfinite(columns[-1]).any():
             return
         low, high = np.nanmin(columns), np.nanmax(columns)
-        if self._is_symmetric:
+        if self._handle.bands:  # which are symmetric
             low, high = min(low, -high), max(-low, high)
         limits = steady_range(self._limits, low, high)
         self._handle.data = (time, *columns)
@@ -235,7 +235,6 @@ def _axis(size: int, space: int) -> uplot.Axis:
 
 
 def _judged(residual: float, band: float) -> str:
-    """Return a residual and its band as HTML."""
     if math.isnan(residual):
         return 'no residual'
     style = f'color:{_RED};font-weight:600' if abs(residual) > band else ''

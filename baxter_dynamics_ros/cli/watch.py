@@ -1,13 +1,13 @@
-"""watch: a running predictor in the terminal."""
+"""
+Show a running torque_predictor live in the terminal.
+
+Prints one line per second where the output is not a terminal. q or Ctrl-C quits, ? explains the
+columns.
+"""
 
 import argparse
 
 from .options import add_predictor, number, output_path
-
-DESCRIPTION = (
-    'Show the output of a running torque_predictor: measured and predicted effort, residual, '
-    'external effort, contact, rates and diagnostics. Prints one line per second where the output '
-    'is not a terminal. q or Ctrl-C quits, ? explains the columns.')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -106,7 +106,6 @@ def bar(value: float, limit: float) -> str:
 
 
 def _view(monitor: Monitor) -> Group:
-    """Return the view of all predictors, below what is missing."""
     now = time.monotonic()
     problem = monitor.problem(now)
     heading = [Text(printable(problem), 'bold yellow')] if problem else []

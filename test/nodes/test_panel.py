@@ -105,6 +105,7 @@ def test_draws_capsules_along_the_links_without_meshes(monkeypatch):
     server.stop()
 
 
+@pytest.mark.timeout(300)  # two pages and three nodes on a busy machine
 def test_page_shows_a_push_and_its_buttons_act(domain, start):
     playwright = pytest.importorskip('playwright.sync_api', reason='needs Playwright')
     browser = shutil.which('chromium') or shutil.which('google-chrome')
