@@ -4,6 +4,9 @@ from contextlib import contextmanager
 import ctypes
 import os
 from pathlib import Path
+import signal
+import subprocess
+import sys
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
@@ -193,6 +196,27 @@ def command(capsys):
         return code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def start_command(tmp_path):
+    """Return a function that starts a command as a process in tmp_path; all end with the test."""
+    processes = []
+
+    def start(*arguments, environment=None, **options):
+        processes.append(subprocess.Popen(
+            [sys.executable, '-m', 'baxter_dynamics_ros.cli.main', *map(str, arguments)], **{
+                'cwd': tmp_path, 'env': {**os.environ, **(environment or {})}, 'text': True,
+                'stdin': subprocess.DEVNULL, 'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE,
+                # A script that runs the tests in the background ignores the signal.
+                'preexec_fn': lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+                **options}))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
 
 
 @pytest.fixture

@@ -49,9 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the demo and print the comparison."""
+    figure = output_path('--output', args.output, ('.png', '.pdf', '.svg'))
     from .listener import Listener
     from ..nodes import topics
-    figure = output_path('--output', args.output, ('.png', '.pdf', '.svg'))
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     common = ['--ros-args', '-r', f'__ns:={NAMESPACE}', '-r',
               f'{topics.JOINT_STATES}:={NAMESPACE}/joint_states', '-p', f'arm:={args.arm}']

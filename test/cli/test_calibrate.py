@@ -8,20 +8,16 @@ from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
 import pytest
 
+pytest.importorskip('yaml', reason='needs PyYAML: pip install ".[offline]"')
+
+from baxter_dynamics_ros.recordings.parameter_file import read_parameters  # noqa: E402, I100
+
 COULOMB = [0.6, 0.9, 0.4, 0.3, 0.15, 0.12, 0.05]  # [N m]
 BIAS = [0.5, -0.4, 0.3, 0.2, -0.1, 0.12, 0.05]  # [N m]
 TRUTH = {'effort_model.coulomb': COULOMB, 'effort_model.bias': BIAS}
 
 
-@pytest.fixture
-def parameters(command):
-    """Return the parameters of a file, once rosbags and others are known to be installed."""
-    from baxter_dynamics_ros.recordings.parameter_file import read_parameters
-    return read_parameters
-
-
-def test_a_calibration_improves_another_recording(
-        command, make_bag, moving_arm, tmp_path, parameters):
+def test_a_calibration_improves_another_recording(command, make_bag, moving_arm, tmp_path):
     bag = make_bag(moving_arm(2000, 'left', truth=TRUTH))
     file = tmp_path / 'my_robot.yaml'
     code, out, err = command('calibrate', bag, '--output', file)
@@ -32,7 +28,7 @@ def test_a_calibration_improves_another_recording(
     assert 'velocity lag: 14' in out and 'one recording: judged on each of 5 parts' in out
     assert '<html' in (tmp_path / 'my_robot.html').read_text()
     assert f'baxter_dynamics calibrate {bag}' in file.read_text()
-    values = PredictorSettings.from_parameters(parameters(file)).parameters()
+    values = PredictorSettings.from_parameters(read_parameters(file)).parameters()
     assert values['arm'] == 'left'
     np.testing.assert_allclose(values['effort_model.coulomb'], COULOMB, atol=0.05)
     np.testing.assert_allclose(values['effort_model.bias'], BIAS, atol=0.05)
@@ -48,8 +44,7 @@ def test_a_calibration_improves_another_recording(
     assert np.max(rms / before) < 0.4
 
 
-def test_fits_only_the_given_terms_from_a_parameter_file(
-        command, make_bag, moving_arm, tmp_path, parameters):
+def test_fits_only_the_given_terms_from_a_parameter_file(command, make_bag, moving_arm, tmp_path):
     """Also with names in the command line that would break the comments of a file."""
     start = tmp_path / 'start.yaml'
     start.write_text('/**:\n  ros__parameters:\n    arm: right\n    effort_model:\n'
@@ -63,7 +58,7 @@ def test_fits_only_the_given_terms_from_a_parameter_file(
     code, _, err = command('calibrate', bag, '--params', start, '--output', file,
                            '--only', 'bias', '--force')
     assert (code, err) == (0, '')
-    values = parameters(file)
+    values = read_parameters(file)
     assert {name for name in values if 'deviation' not in name} == {
         'arm', 'effort_model.coulomb', 'effort_model.bias'} and values.keys() < DEFAULTS.keys()
     assert values['arm'] == 'right' and values['effort_model.coulomb'] == COULOMB

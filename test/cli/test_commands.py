@@ -15,25 +15,6 @@ BEGUN = 60.0  # [s] within which a command has opened its recording
 ENDED = 10.0  # [s] within which an interrupted one has ended
 
 
-@pytest.fixture
-def start(tmp_path):
-    """Return a function that starts a command in tmp_path; all have ended with the test."""
-    processes = []
-
-    def start_(*arguments, **environment):
-        processes.append(subprocess.Popen(
-            [sys.executable, '-m', 'baxter_dynamics_ros.cli.main', *map(str, arguments)],
-            cwd=tmp_path, env={**os.environ, **environment}, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler)))
-        return processes[-1]
-
-    yield start_
-    for process in processes:
-        process.kill()
-        process.communicate()
-
-
 def wait_until_open(process, file):
     """Wait until a process has a file open."""
     limit = time.monotonic() + BEGUN
@@ -50,9 +31,9 @@ def wait_until_open(process, file):
 
 
 def test_an_interrupted_command_leaves_nothing_and_prints_nothing(
-        start, make_bag, moving_arm, tmp_path):
+        start_command, make_bag, moving_arm, tmp_path):
     bag = make_bag(moving_arm(4000))  # takes seconds to read
-    cases = [(start(*arguments), by) for arguments, by in (
+    cases = [(start_command(*arguments), by) for arguments, by in (
         (('evaluate', 'run', '--output', 'report', '--save-bag', 'new'), signal.SIGINT),
         (('calibrate', 'run'), signal.SIGTERM))]
     for process, by in cases:
@@ -84,13 +65,14 @@ def test_help_needs_no_extra(tmp_path):
 
 
 def test_no_setting_of_the_user_changes_a_figure_and_no_library_prints_a_warning(
-        command, start, make_bag, moving_arm, tmp_path):
+        command, start_command, make_bag, moving_arm, tmp_path):
     """Names that are not valid text are escaped."""
     bag = make_bag(moving_arm(60)).rename(tmp_path / 'caf\udce9')
     assert command('evaluate', bag, '--output', tmp_path / 'plain')[::2] == (0, '')
     (tmp_path / 'matplotlibrc').write_text('text.usetex: True\naxes.prop_cycle: cycler(lw=[9])\n')
-    process = start('evaluate', bag, '--output', 'r\udce9', PYTHONIOENCODING='utf-8:strict',
-                    MPLBACKEND='module://matplotlib_inline.backend_inline', PATH='')
+    process = start_command('evaluate', bag, '--output', 'r\udce9', environment={
+        'PYTHONIOENCODING': 'utf-8:strict', 'PATH': '',
+        'MPLBACKEND': 'module://matplotlib_inline.backend_inline'})
     out, err = process.communicate(timeout=BEGUN)
     assert (process.returncode, err) == (0, '')
     assert out.splitlines()[-1] == f'report: {tmp_path}/r\\udce9/report.html'

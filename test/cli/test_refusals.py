@@ -25,6 +25,7 @@ REFUSALS = [  # arguments, reason
     ('calibrate run left',
      'the recordings are of both arms: calibrate one arm at a time (--arm)'),
     ('calibrate run --arm left', ONLY_RIGHT),
+    ('demo --output none/demo.png', '--output: {here}/none is not a folder'),
     ('evaluate none -o new', 'none: no such file or folder'),
     ('evaluate none.npz -o new', 'none.npz: no recordings'),
     ('evaluate run', '--output: {here}/baxter_evaluation ' + TAKEN),

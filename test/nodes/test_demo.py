@@ -34,7 +34,3 @@ def test_says_why_when_no_prediction_arrives(domain, command, tmp_path, monkeypa
     assert code == 1
     assert 'fake_baxter ended with exit code 1' in err and 'pip install mujoco' in err
     assert 'Traceback' not in err
-
-
-def test_refuses_a_figure_that_it_cannot_save_before_it_starts(refused):
-    assert refused('demo', '--output', '/nowhere/demo.png') == '--output: /nowhere is not a folder'

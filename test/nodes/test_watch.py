@@ -1,13 +1,12 @@
 """The watch command as a process: it shows the topics and restores the terminal."""
 
 import fcntl
+from functools import partial
 import os
 import pty
 import select
 import signal
 import struct
-import subprocess
-import sys
 import termios
 import time
 
@@ -17,26 +16,14 @@ import pytest
 
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 
-COMMAND = [sys.executable, '-m', 'baxter_dynamics_ros.cli.main', 'watch']
 Q = np.array([0.2, -0.6, 0.3, 1.2, -0.4, 0.8, 0.5])  # [rad]
 EFFORT = np.array([1.0, -20.0, -1.0, -9.0, 0.3, -0.5, 0.1])  # [N m]
 
 
 @pytest.fixture
-def watch(domain):
-    """Return a function that starts the command; all have ended with the test."""
-    processes = []
-
-    def start(*arguments, **options):
-        processes.append(subprocess.Popen(
-            [*COMMAND, *arguments], **{'stdin': subprocess.DEVNULL, 'stdout': subprocess.PIPE,
-                                       'stderr': subprocess.PIPE, 'text': True, **options}))
-        return processes[-1]
-
-    yield start
-    for process in processes:
-        process.kill()
-        process.communicate()
+def watch(domain, start_command):
+    """Return a function that starts the command."""
+    return partial(start_command, 'watch')
 
 
 def test_prints_once_what_the_topics_say(robot, predictor, watch):
@@ -84,9 +71,9 @@ def test_restores_the_terminal_and_saves_a_figure(watch, tmp_path, end, code):
     ours, its = pty.openpty()
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack('HHHH', 24, 80, 0, 0))
     before, output = termios.tcgetattr(its), b''
-    process = watch('--node', '/robot_7/predictor', '--save', str(tmp_path / 'watch.svg'),
-                    stdin=its, stdout=its, stderr=its, start_new_session=True,
-                    env={**os.environ, 'TERM': 'xterm-256color'})
+    process = watch('--node', '/robot_7/predictor', '--save', tmp_path / 'watch.svg', stdin=its,
+                    stdout=its, stderr=its, start_new_session=True,
+                    environment={'TERM': 'xterm-256color'})
 
     def read_until(text):
         nonlocal output
