@@ -12,6 +12,7 @@ from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model import joints
 import numpy as np
+from perfect_robot import measured
 from pinocchio_engine import PinocchioEngine
 import pytest
 
@@ -159,21 +160,19 @@ def _ros_message(store, content, is_ros1):
 @pytest.fixture
 def moving_arm():
     """Return a function: n joint states at 100 Hz for make_bag, effort by settings and noise."""
+    w = 2 * np.pi * np.array([[0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5],  # [rad/s]
+                              [0.11, 0.17, 0.13, 0.19, 0.07, 0.23, 0.29]])
+    center = np.array([0.0, -0.45, 0.0, 1.2, 0.0, 0.4, 0.0])  # [rad]
+
+    def motion(t):
+        angle = w * t[:, None, None] + np.arange(14.0).reshape(2, 7)
+        return (center + 0.35 * np.sin(angle).sum(1), (0.35 * w * np.cos(angle)).sum(1),
+                -(0.35 * w ** 2 * np.sin(angle)).sum(1))
+
     def make(n, side='right', topic='/robot/joint_states', truth=None):
         settings = PredictorSettings.from_parameters({**(truth or {}), 'arm': side})
-        random = np.random.default_rng(n)
-        t = 0.01 * np.arange(n)[:, None, None]  # [s]
-        w = 2 * np.pi * np.array([[0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5],  # [rad/s]
-                                  [0.11, 0.17, 0.13, 0.19, 0.07, 0.23, 0.29]])
-        phase = np.arange(14.0).reshape(2, 7)
-        center = np.array([0.0, -0.45, 0.0, 1.2, 0.0, 0.4, 0.0])  # [rad]
-        q = center + 0.35 * np.sin(w * t + phase).sum(1)
-        qd = (0.35 * w * np.cos(w * t + phase)).sum(1)
-        lagging = (0.35 * w * np.cos(w * (t - 0.014) + phase)).sum(1)
-        qdd = -(0.35 * w ** 2 * np.sin(w * t + phase)).sum(1)
-        effort = settings.model.effort_model.effort(
-            settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
-        effort = effort + random.normal(0.0, 0.02, q.shape)
+        q, lagging, effort = measured(settings, 0.01 * np.arange(n), motion)
+        effort += np.random.default_rng(n).normal(0.0, 0.02, q.shape)
         names = joints.joint_names(side)
         return [(topic, stamp + 1000, (stamp, names, *row)) for stamp, *row in zip(
             range(10 ** 18, 10 ** 18 + n * 10 ** 7, 10 ** 7), q, lagging, effort)]

@@ -1,11 +1,13 @@
-"""Imports point one way, as MAY_IMPORT says; the model and the estimation need NumPy only."""
+"""Imports point one way and are declared; the model and the estimation need NumPy only."""
 
 import ast
 from pathlib import Path
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 
 import baxter_dynamics_ros
+import pytest
 
 PACKAGE = Path(baxter_dynamics_ros.__file__).resolve().parent
 NAME = PACKAGE.name
@@ -35,14 +37,27 @@ CONFINED = {
     'mcap': 'recordings', 'yaml': 'recordings', 'scipy': 'calibration',
     'jinja2': 'report', 'matplotlib': 'report cli', 'rclpy': 'nodes cli', 'rich': 'cli',
 }
+# Imported name: rosdep's key, where it differs; None for what has no key or comes with another.
+ROSDEP = {
+    **{name: f'python3-{name}'
+       for name in ('jinja2', 'matplotlib', 'numpy', 'rich', 'scipy', 'yaml')},
+    **{name: f'python3-{name}-pip' for name in ('mujoco', 'rosbags')},
+    **dict.fromkeys(('trimesh', 'viser', 'yourdfpy', 'zstandard')), 'mcap': 'mcap-ros2-support'}
+NOT_IMPORTED = {'ros2launch'}  # needed, to read the launch files
 # Parts that import nothing but themselves, NumPy and the standard library.
 NUMPY_ALONE = {'__init__', 'model', 'estimation'}
 
 FILES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob('*.py'))
 
 
-def test_every_rule_is_needed_and_every_part_has_one():
-    done = {(_part(file), module[1], late) for file, module, late in IMPORTS
+@pytest.fixture(scope='module')
+def imports():
+    """Return (file, imported name's parts, whether inside a function) of each import."""
+    return [(file, *found) for file in FILES for found in _imports(file)]
+
+
+def test_every_rule_is_needed_and_every_part_has_one(imports):
+    done = {(_part(file), module[1], late) for file, module, late in imports
             if module[0] == NAME and module[1:2] not in ((), (_part(file),))}
     allowed = {(part, name, late) for late, rules in ((False, MAY_IMPORT), (True, MAY_IMPORT_LATE))
                for part, names in rules.items() for name in names.split()}
@@ -50,8 +65,8 @@ def test_every_rule_is_needed_and_every_part_has_one():
     assert allowed - done <= {('__init__', 'model', False)}
 
 
-def test_imports_follow_the_rules():
-    for file, module, late in IMPORTS:
+def test_imports_follow_the_rules(imports):
+    for file, module, late in imports:
         part, top = _part(file), module[0]
         if top == NAME:
             allowed = {part, *MAY_IMPORT[part].split(),
@@ -61,6 +76,13 @@ def test_imports_follow_the_rules():
             assert top in sys.stdlib_module_names | {'numpy'}, f'{file} imports {top}'
         else:
             assert part in CONFINED.get(top, part).split(), f'{file} imports {top}'
+
+
+def test_imports_are_declared_and_nothing_else_is(imports):
+    imported = {module[0] for _, module, _ in imports} - sys.stdlib_module_names - {NAME}
+    names = {ROSDEP.get(name, name) for name in imported} - {None}
+    manifest = ET.parse(Path(__file__).resolve().parents[1] / 'package.xml')
+    assert {element.text for element in manifest.iter('exec_depend')} == names | NOT_IMPORTED
 
 
 def test_model_and_estimation_load_numpy_only():
@@ -79,7 +101,6 @@ def _part(file):
 
 
 def _imports(file):
-    """Yield (name parts, whether inside a function) of each module that a file imports."""
     tree = ast.parse((PACKAGE / file).read_text(encoding='utf-8'))
     functions = [node for node in ast.walk(tree)
                  if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
@@ -96,6 +117,3 @@ def _imports(file):
                 # `from .. import x`: x is a part, or a name that the root hands out.
                 is_part = base == (NAME,) and alias.name in MAY_IMPORT
                 yield (base + (alias.name,) if is_part else base), node in late
-
-
-IMPORTS = [(file, *found) for file in FILES for found in _imports(file)]

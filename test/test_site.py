@@ -1,14 +1,17 @@
-"""The pages and the Python reference build with Sphinx, and their links lead somewhere."""
+"""The pages build with Sphinx, their links lead somewhere, and their figures are drawn."""
 
+from importlib import import_module
 from pathlib import Path
 import re
 import subprocess
 import sys
 from urllib.parse import unquote, urlsplit
+import xml.etree.ElementTree as ET
 
 import pytest
 
 DOCS = Path(__file__).resolve().parents[1] / 'docs'
+FAST = ('arm_as_printed', 'spring', 'friction')  # figures drawn in under a second each
 PAGES = sorted(path.stem for path in DOCS.glob('*.md'))
 
 pytestmark = pytest.mark.timeout(300)
@@ -48,3 +51,26 @@ def test_the_reference_and_the_search_know_the_model(site):
     name = 'id="baxter_dynamics_ros.BaxterArm.mass_matrix"'
     assert name in (site / 'reference.html').read_text('utf-8')
     assert 'christoffel' in (site / 'searchindex.js').read_text('utf-8').lower()
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Return the module of the command."""
+    for module in ('matplotlib', 'mujoco', 'pinocchio'):
+        pytest.importorskip(module, reason=f'needs {module}: pip install ".[demo]"')
+    monkeypatch.syspath_prepend(str(DOCS))
+    return import_module('figures')
+
+
+def test_every_figure_has_a_function_that_draws_it(figures):
+    assert figures.FIGURES.keys() == {path.name for path in (DOCS / 'figures').iterdir()}
+    for module, function in figures.FIGURES.values():
+        assert callable(getattr(import_module(module), function))
+
+
+def test_figures_are_drawn_as_they_are_shown(figures, tmp_path):
+    assert figures.main([*FAST, '-o', str(tmp_path)]) == 0
+    for name in FAST:
+        drawn, shown = ([element.tag for element in ET.parse(folder / f'{name}.svg').iter()]
+                        for folder in (tmp_path, DOCS / 'figures'))
+        assert drawn == shown, name
