@@ -72,9 +72,6 @@ def test_mujoco_on_the_urdf(described, random_states):
 def test_a_description_of_another_robot_is_refused(tmp_path, described):
     settings, text = described
     path = tmp_path / 'other.urdf'
-    for change, problem in (((settings.arm + '_e1"', 'elbow"'), 'no joint'),
-                            (('<robot', 'robot'), 'cannot be read as URDF'),
-                            (('0.069', '0.269'), 'lies elsewhere')):
-        path.write_text(text.replace(*change))
-        with pytest.raises(DescriptionError, match=problem):
-            urdf.files(settings.model.arm, '', settings.arm, settings.model.effort_model, path)
+    path.write_text(text.replace('0.069', '0.269'))
+    with pytest.raises(DescriptionError, match='lies elsewhere'):
+        urdf.files(settings.model.arm, '', settings.arm, settings.model.effort_model, path)

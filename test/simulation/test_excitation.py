@@ -7,16 +7,12 @@ from baxter_dynamics_ros.calibration.live import progress
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
                                               VELOCITY_LIMIT)
+from baxter_dynamics_ros.simulation.exciting_trajectory import (
+    DURATION, LimitedMotion, motion, series, write_plan, write_trajectory)
+from baxter_dynamics_ros.simulation.trajectories import MIRROR
 import numpy as np
 import pytest
-
-pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
-
-from baxter_dynamics_ros.simulation.exciting_trajectory import (  # noqa: E402, I100
-    DURATION, LimitedMotion, motion, series, write_plan, write_trajectory)
-from baxter_dynamics_ros.simulation.robot import FakeBaxter  # noqa: E402
-from baxter_dynamics_ros.simulation.trajectories import MIRROR  # noqa: E402
-from tools import excitation_search  # noqa: E402
+from tools import excitation_search
 
 STEP = 0.01  # [s]
 TIME = np.arange(0.0, DURATION + STEP / 2, STEP)
@@ -92,19 +88,6 @@ def test_a_short_search_keeps_to_the_limits_of_the_joints_and_finds_better():
     q, qd, qdd = motion(better, TIME)
     assert (q > POSITION_LOWER + 0.1).all() and (q < POSITION_UPPER - 0.1).all()
     assert (np.abs(qd) / VELOCITY_LIMIT).max() < 0.6
-
-
-def test_the_fake_baxter_follows_and_starts_calmly():
-    robot = FakeBaxter(trajectory='exciting', noise=False)
-    start = robot.plant.q
-    rows = []
-    for k in range(1, 501):
-        robot.advance(k * STEP)
-        rows.append((robot.plant.q, robot.reference.q))
-    q, wanted = np.array(rows).transpose(1, 0, 2)
-    assert np.abs(q[:20] - start).max() < 2e-3
-    assert np.abs(q - wanted).max() < 0.15
-    assert excitation_search.clearance(q).min() > 0.0
 
 
 def test_plan_is_a_file_as_the_sdk_records_and_plays(tmp_path):

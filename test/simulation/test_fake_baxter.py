@@ -14,7 +14,9 @@ import pytest
 
 mujoco = pytest.importorskip('mujoco', reason='needs MuJoCo: pip install ".[demo]"')
 
-from baxter_dynamics_ros.simulation.plant import default_truth, Plant, Sensors  # noqa: E402, I100
+from baxter_dynamics_ros.simulation.description import (  # noqa: E402, I100
+    DescriptionError, find_description)
+from baxter_dynamics_ros.simulation.plant import default_truth, Plant, Sensors  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import (  # noqa: E402
     FakeBaxter, GRIPPER_NAMES, JOINT_STATE_NAMES, record)
 from baxter_dynamics_ros.simulation.trajectories import JointTrajectory  # noqa: E402
@@ -145,13 +147,15 @@ def test_a_recording_has_the_robots_stamps_and_repeats_by_its_seed():
     assert np.count_nonzero(~is_arm) == 57
 
 
-def test_refuses_a_file_that_is_no_description_of_a_baxter(tmp_path):
-    from baxter_dynamics_ros.simulation.description import DescriptionError
+@pytest.mark.parametrize('change, problem', [
+    (('<robot', 'robot'), 'wrong.urdf: cannot be read as URDF'),
+    (('"right_s0"', '"s0"'), "wrong.urdf: no joint right_s0; is it a Baxter's URDF"),
+    (('<child link="right_wrist"', '<child'), 'wrong.urdf: joint right_w2 has no child link'),
+    (('right_hand', 'right_tool'), 'no link right_hand')])
+def test_refuses_a_file_that_is_no_description_of_a_baxter(tmp_path, change, problem):
     wrong = tmp_path / 'wrong.urdf'
-    with pytest.raises(DescriptionError, match='wrong.urdf: cannot be read'):
-        FakeBaxter(description=wrong)
-    wrong.write_text('<robot name="other"/>')
-    with pytest.raises(DescriptionError, match='no joint right_s0'):
+    wrong.write_text(find_description().read_text().replace(*change))
+    with pytest.raises(DescriptionError, match=problem):
         FakeBaxter(description=wrong)
 
 
