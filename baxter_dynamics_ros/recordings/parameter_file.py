@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
+from .recording import listed
 from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
 from ..model.exceptions import ArgumentError, BaxterDynamicsError
@@ -27,11 +28,11 @@ _PARAMETERS = {setting.name: setting for setting in (
     Setting('start_type_description_service', True, ''))}
 
 _KEY = 'ros__parameters'
-_PLAIN = 'plain'  # tag of unquoted scalars
 _BOOLEANS = {**dict.fromkeys('Y y yes Yes YES true True TRUE on On ON'.split(), True),
              **dict.fromkeys('N n no No NO false False FALSE off Off OFF'.split(), False)}
 # Accepted by strtol (base 0) and strtod in C; names of infinity and NaN in YAML, too.
-_INTEGER = re.compile(r'\s*[+-]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)', re.ASCII)
+_INTEGER = re.compile(r'\s*[+-]?((0[xX][0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))', re.ASCII)
+_BASES = (16, 8, 10)  # of the inner groups
 _DECIMAL = re.compile(r'\s*[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|\.?inf|\.?nan)',
                       re.ASCII | re.IGNORECASE)
 # rclpy takes the first type that is set: scalars before lists.
@@ -84,8 +85,7 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
     except BaxterDynamicsError as error:
         raise ParameterFileError(f'{names}: {error}') from None
     if ignored:
-        more = f' and {len(ignored) - 3} more' if len(ignored) > 3 else ''
-        warn(f'{names}: ignoring {", ".join(ignored[:3])}{more}: not parameters of the predictor')
+        warn(f'{names}: ignoring {listed(ignored)}: not parameters of the predictor')
     return values
 
 
@@ -149,12 +149,9 @@ def _plain(value: Any) -> Any:
 
 
 class _Loader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[misc]
-    """YAML loader that leaves the type of unquoted scalars open."""
+    """YAML loader that calls only that a string which has the tag of one."""
 
-    def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
-        if kind is yaml.ScalarNode and implicit[0]:
-            return _PLAIN
-        return super().resolve(kind, value, implicit)
+    DEFAULT_SCALAR_TAG = 'unknown'
 
 
 def _add_file(nodes: _Nodes, text: bytes) -> None:
@@ -233,10 +230,9 @@ def _scalar(node: Any) -> bool | int | float | str:
         raise _RclError('missing value', node)
     if text in _BOOLEANS:
         return _BOOLEANS[text]
-    if _INTEGER.fullmatch(text) and len(text) < 40:  # longer ones are out of range
-        digits = text.strip().lstrip('+-')
-        base = 16 if digits[:2] in ('0x', '0X') else 8 if digits[0] == '0' else 10
-        value = int(text, base)
+    integer = _INTEGER.fullmatch(text)
+    if integer and len(text) < 40:  # longer ones are out of range
+        value = int(text, next(b for b, digits in zip(_BASES, integer.groups()[1:]) if digits))
         if -2**63 <= value < 2**63:
             return value
     if _DECIMAL.fullmatch(text):

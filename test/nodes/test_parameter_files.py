@@ -24,7 +24,7 @@ def under(node, *lines):
 MASS = {value: under(WILD, f'payload.mass: {value}') for value in (
     '0.3', '3e-1', '1', '1_0.0', '.5', '+0.5', '2.', '"0.3"', '!!str 0.3', '!!float abc',
     '&anchor 0.3', '2001-01-01', 'null', '.nan', 'inf', '1e400', '9' * 5000, '012', '[0.3]', '[]',
-    '12:30', '')}
+    '12:30', '', '! 0.3', '>-\n      0.3', '|\n      0.3')}
 BOOLEAN = {value: under(WILD, f'effort_model: {{enabled: {value}}}') for value in (
     'n', 'Off', 'NO', 'y', 'nO', '0', "'true'")}
 GRAVITY = {value: under(WILD, f'gravity: {value}') for value in (
