@@ -125,13 +125,13 @@ def distinct(motions: list[Motion]) -> tuple[list[Motion], list[Notice]]:
     kept: list[Motion] = []
     notices = []
     for motion in motions:
-        same = next((one for one in kept if len(one) and np.array_equal(one.q, motion.q)
-                     and np.array_equal(one.effort, motion.effort)), None)
-        if same is None:
-            kept.append(motion)
-        else:
-            notices.append(Notice('duplicate', f'holds the same data as {same.name}: counted once',
+        same = [one.name for one in kept if len(one) and np.array_equal(one.q, motion.q)
+                and np.array_equal(one.effort, motion.effort)]
+        if same:
+            notices.append(Notice('duplicate', f'holds the same data as {same[0]}: counted once',
                                   recording=motion.name))
+        else:
+            kept.append(motion)
     return kept, notices
 
 

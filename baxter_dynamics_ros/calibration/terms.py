@@ -31,11 +31,11 @@ _PAYLOAD_MOMENT = 0.5  # first moment [kg m]
 
 _LIGHT = 1e-3  # mass below which a payload has no centre [kg]
 
-# An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4).
-_PAIRS = [(i, k) for i in range(4) for k in range(i, 4)]
-_SYMMETRIC = np.zeros((len(_PAIRS), 4, 4))
-for _n, (_i, _k) in enumerate(_PAIRS):
-    _SYMMETRIC[_n, _i, _k] = _SYMMETRIC[_n, _k, _i] = 1.0 if _i == _k else np.sqrt(0.5)
+# An orthonormal basis of the symmetric 4 x 4 matrices, (10, 4, 4), by the upper elements.
+_ROWS, _COLUMNS = np.triu_indices(4)
+_SYMMETRIC = np.zeros((10, 4, 4))
+_SYMMETRIC[range(10), _ROWS, _COLUMNS] = np.where(_ROWS == _COLUMNS, 1.0, np.sqrt(0.5))
+_SYMMETRIC = np.maximum(_SYMMETRIC, _SYMMETRIC.swapaxes(1, 2))
 
 
 class _BodyTerm(Term):
@@ -90,8 +90,8 @@ class Links(_BodyTerm):
 
     def __init__(self, arm: BaxterArm) -> None:
         # A joint bears the links from its own on.
-        acts = np.triu(np.ones((N_JOINTS, N_JOINTS), dtype=bool)).repeat(len(_PAIRS), axis=1)
-        super().__init__(np.full(N_JOINTS * len(_PAIRS), _LINK), acts)
+        acts = np.triu(np.ones((N_JOINTS, N_JOINTS), dtype=bool)).repeat(10, axis=1)
+        super().__init__(np.full(10 * N_JOINTS, _LINK), acts)
         root = np.linalg.cholesky(arm.parameters.pseudo_inertia)
         self._before = arm.parameters.pseudo_inertia
         self._units = root[:, None] @ _SYMMETRIC @ root.swapaxes(-1, -2)[:, None]
@@ -125,12 +125,11 @@ class Tool(_BodyTerm):
 
     name = 'payload'
     quantities = [(None, 'mass', 'kg'), *((None, f'center {axis}', 'm') for axis in 'xyz')]
-    moments = [_PAIRS.index((i, 3)) for i in range(3)]
-    mass = _PAIRS.index((3, 3))
+    *moments, mass = np.flatnonzero(_COLUMNS == 3).tolist()
 
     def __init__(self, arm: BaxterArm) -> None:
-        super().__init__(np.ones(len(_PAIRS)))
-        self.tied = np.array([k < 3 for _, k in _PAIRS])  # second moments m c c^T
+        super().__init__(np.ones(10))
+        self.tied = _COLUMNS < 3  # second moments m c c^T
         self.prior[self.moments] = _PAYLOAD_MOMENT
         self.prior[self.mass] = _PAYLOAD_MASS
         self.lower[self.mass] = -arm.payload.mass
@@ -161,7 +160,7 @@ class Tool(_BodyTerm):
 
     def jacobian(self, settings: PredictorSettings) -> Array:
         mass, *center = self.read(settings)
-        result = np.zeros((4, len(_PAIRS)))
+        result = np.zeros((4, 10))
         result[0, self.mass] = 1.0
         if mass >= _LIGHT:  # d center = (d moment - center d mass) / mass
             result[range(1, 4), self.moments] = 1.0 / mass

@@ -197,14 +197,12 @@ def parameters_table(fitted: list[Fitted]) -> Table:
 
 
 def links_table(fitted: list[Fitted]) -> Table:
-    """Return the links' masses and moments of mass."""
-    quantities = {one.component: f'{one.component} [{unit_name(one.unit)}]' for one in fitted}
-    columns = [Column(label, [_texts(one)[k] for one in fitted if one.component == component],
-                      heading) for component, heading in quantities.items()
-               for k, label in enumerate(('before', 'after', '±'))]
-    links = dict.fromkeys(str(one.joint + 1) for one in fitted if one.joint is not None)
+    """Return the links' masses and moments of mass, four quantities of each link in turn."""
+    columns = [Column(label, [_texts(one)[k] for one in fitted[i::4]],
+                      f'{fitted[i].component} [{unit_name(fitted[i].unit)}]')
+               for i in range(4) for k, label in enumerate(('before', 'after', '±'))]
     return Table("Masses of the links, and mass times centre of mass along the link's axes",
-                 columns, 'link', list(links))
+                 columns, 'link', [str(i + 1) for i in range(N_JOINTS)])
 
 
 def _texts(fitted: Fitted) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from baxter_dynamics_ros.estimation.settings import EffortModelSettings, Predict
 from baxter_dynamics_ros.model.exceptions import ArgumentError
 from baxter_dynamics_ros.model.joints import JOINTS
 from calibration.known_robot import (calibrated, CENTER, errors, FRICTION, LEAST, record,
-                                     recordings, wander, warnings)
+                                     Recording, recordings, wander, warnings)
 import numpy as np
 import pytest
 
@@ -137,25 +137,16 @@ def still(noise):
         2, len(t), 7)))).changed(lambda q, v, e: (q, v + random.normal(0.0, noise, 7), e))
 
 
-def with_effort(change):
-    return record().changed(
-        lambda position, velocity, effort: (position, velocity, change(effort)))
-
-
-def of_the_other_arm():
-    one = record({'arm': 'right'})
-    one.arm = 'left'
-    return one
-
-
 REFUSED = {
     'no recordings': lambda: [],
     'too short': lambda: [record(duration=9.0)],
     'no joint moves faster than 0.0': lambda: [still(noise=0.1)],
-    'measured effort is exactly zero': lambda: [with_effort(np.zeros_like)],
-    'no measured effort': lambda: [with_effort(lambda effort: effort[:0])],
+    'measured effort is exactly zero': lambda: [record().changed(
+        lambda q, v, e: (q, v, 0.0 * e))],
+    'no measured effort': lambda: [record().changed(lambda q, v, e: (q, v, e[:0]))],
     'both arms': lambda: [record({'arm': side}, duration=1.0) for side in ('left', 'right')],
-    'no valid joint states of the arm': lambda: [of_the_other_arm()],
+    'no valid joint states of the arm': lambda: [
+        Recording('other', 'left', record({'arm': 'right'}).states)],
     'check that the units are rad, rad/s': lambda: [record().changed(
         lambda q, v, e: (q, np.degrees(v), e))],
 }

@@ -38,12 +38,8 @@ def load(recordings):
     """Return a function that returns the recordings of a file."""
     @lru_cache
     def load(name, arm=None):
-        opened = open_recordings([recordings / f'baxter_{name}.npz'], arm=arm)
-        result = []
-        for context in opened:
-            with context as one:
-                result.append(Recording(one.name, one.arm, list(one)))
-        return result
+        return [Recording(one.name, one.arm, list(one))
+                for one in open_recordings([recordings / f'baxter_{name}.npz'], arm=arm)]
     return load
 
 
@@ -124,7 +120,7 @@ def test_what_a_real_arm_shows(fitted):
 
 
 def test_documented_command_finds_the_default_spring(load):
-    found = calibrate([*load('left_arm_tracking', 'left'), *load('point_to_point', 'left')],
+    found = calibrate([*load('left_arm_tracking'), *load('point_to_point', 'left')],
                       only=('spring', 'coulomb'))
     q = np.zeros((200, 7))
     q[:, S1] = np.linspace(*SPRING_RANGE, 200)

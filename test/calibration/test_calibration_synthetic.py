@@ -63,7 +63,7 @@ def test_absent_terms_are_not_fitted():
         assert getattr(after.effort_model, term)[3] == 0.0, term
 
 
-def test_left_out_residual_is_noise():
+def test_left_out_residual_is_noise_of_the_expected_deviation():
     found = calibrated('friction')
     assert (found.total.after < LEAST).all()
     assert (found.total.before > 2.0 * found.total.after).all()
@@ -73,6 +73,10 @@ def test_left_out_residual_is_noise():
     for judged, one in zip(found.judged, recordings('friction')):
         left = rms(residual(observe(one, found.after), found.after))
         np.testing.assert_allclose(judged.after, left, rtol=0.05)
+    motion = observe(record(FRICTION, 9), found.after)
+    expected = found.after.model.effort_model.deviation_at(motion.qd, motion.qdd)
+    covered = (np.abs(residual(motion, found.after)) < 1.96 * expected).mean(0)
+    np.testing.assert_array_less(np.abs(covered - 0.95), 0.05)
 
 
 def test_residual_of_a_motion_is_that_of_the_node():
@@ -119,15 +123,6 @@ def test_a_touch_hardly_changes_the_fit(monkeypatch):
     clean = calibrated('friction', only).after.effort_model.bias[2]
     error, usual = (abs(each.after.effort_model.bias[2] - clean) for each in (robust, plain))
     assert usual > 0.08 and error < 0.2 * usual
-
-
-def test_expected_deviation_covers_other_recordings():
-    """Of the residuals, 95 % are within 1.96 standard deviations."""
-    settings = calibrated('friction').after
-    motion = observe(record(FRICTION, 9), settings)
-    expected = settings.model.effort_model.deviation_at(motion.qd, motion.qdd)
-    covered = (np.abs(residual(motion, settings)) < 1.96 * expected).mean(0)
-    np.testing.assert_array_less(np.abs(covered - 0.95), 0.05)
 
 
 def test_spring_gets_a_gain_if_s1_sweeps_little():

@@ -1,28 +1,24 @@
-"""Sums, regularised least squares, cross-validation and correlation times."""
+"""Sums, regularised least squares and correlation times."""
 
 from baxter_dynamics_ros.calibration.fit import correlation_times
 from baxter_dynamics_ros.calibration.fit_data import residual
 from baxter_dynamics_ros.calibration.least_squares import (
     Problem, SHORTEST, solve, squared_error)
 from baxter_dynamics_ros.calibration.terms import all_terms
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from calibration.known_robot import columns, decoupled, make_motion
 import numpy as np
 import pytest
-
-
-def all_columns(problem, settings):
-    """Return for each motion the columns (n, 7, p) of all terms, and the residual (n, 7)."""
-    return [(np.concatenate([columns(term, settings, motion) for term, _ in problem.terms], -1),
-             decoupled(residual(motion, settings), settings)) for motion in problem.motions]
 
 
 def test_sums_are_those_of_all_rows(settings, rng):
     """The first motion is longer than a block of rows."""
     motions = [make_motion(1100, rng), make_motion(200, rng)]
     weights = [rng.uniform(0.2, 1.0, motion.q.shape) for motion in motions]
-    problem = Problem(settings, all_terms(settings, shape=True), motions, weights)
-    x, y = map(np.concatenate, zip(*all_columns(problem, settings)))
+    terms = all_terms(settings, shape=True)
+    problem = Problem(settings, terms, motions, weights)
+    x, y = map(np.concatenate, zip(*(
+        (np.concatenate([columns(term, settings, motion) for term in terms], axis=-1),
+         decoupled(residual(motion, settings), settings)) for motion in motions)))
     w = np.concatenate(weights)
     xy = np.concatenate([x, y[..., None]], axis=-1)
     np.testing.assert_allclose(
@@ -49,52 +45,19 @@ def test_error_about_a_deviation_is_that_of_its_settings(settings, motion):
     assert np.abs(squared_error(problem.whole, b) / true - 1.0).max() > 1e-5
 
 
-def test_cross_validation_fits_without_each_fold(rng):
-    settings = PredictorSettings()
-    terms = [term for term in all_terms(settings, shape=False)
-             if term.name in ('bias', 'stiffness', 'tilt')]
-    problem = Problem(settings, terms, [make_motion(n, rng) for n in (60, 90, 40)])
-    weights = rng.uniform(0.1, 1.0, 7) * np.isin(np.arange(7), (1, 3))
-    active = np.arange(len(problem.prior)) % 3 > 0
-    folds = all_columns(problem, settings)
-    expected = []
-    for k, (x, y) in enumerate(folds):
-        others = map(np.concatenate, zip(*(folds[:k] + folds[k + 1:])))
-        rows, right = stacked(*others, weights, active, problem.prior)
-        b, *_ = np.linalg.lstsq(rows, right, rcond=None)
-        expected.append(((y - x[..., active] @ b) ** 2).sum(0))
-    np.testing.assert_allclose(problem.cross_validate(weights, active), expected, rtol=1e-9)
-
-
-@pytest.fixture
-def random_problem(rng):
-    """Return sums of a random problem, its rows, weights and prior."""
-    x, y = rng.normal(size=(40, 7, 6)), rng.normal(size=(40, 7))
-    xy = np.concatenate([x, y[..., None]], axis=-1)
-    prior = np.array([0.05, 0.1, 0.02, 1.0, 3.0, 0.1])
-    return np.einsum('njp,njq->jpq', xy, xy), x, y, rng.uniform(0.1, 4.0, 7), prior
-
-
-def stacked(x, y, weights, active, prior):
-    """Return the rows of a least-squares problem: weighted samples of all joints, and priors."""
-    root = np.sqrt(weights)[:, None]
-    rows = (x * root).reshape(-1, x.shape[-1])
-    return (np.concatenate([rows, np.diag(1.0 / prior)])[:, active],
-            np.concatenate([(y * root[:, 0]).ravel(), np.zeros(len(active))]))
-
-
-def test_solve_is_optimal_within_its_bounds(random_problem):
+def test_solve_is_optimal_within_its_bounds(rng):
     """The gradient is zero at free parameters and points outwards at bounds."""
-    sums, x, y, weights, prior = random_problem
-    every = np.ones(6, dtype=bool)
+    x, y, weights = rng.normal(size=(40, 7, 6)), rng.normal(size=(40, 7)), rng.uniform(0.1, 4.0, 7)
+    xy = np.concatenate([x, y[..., None]], axis=-1)
+    sums = np.einsum('njp,njq->jpq', xy, xy)
+    prior, every = np.array([0.05, 0.1, 0.02, 1.0, 3.0, 0.1]), np.ones(6, dtype=bool)
     free = solve(sums, weights, every, prior, np.full(6, -np.inf))
     lower = free + np.array([0.03, -1.0, 0.02, 0.05, -1.0, -1.0])  # three of them bind
     found = solve(sums, weights, every, prior, lower)
     assert (found >= lower).all()
     at_bound = found == lower
     assert at_bound.any() and not at_bound.all()
-    rows, right = stacked(x, y, weights, every, prior)
-    gradient = rows.T @ (rows @ found - right)
+    gradient = np.einsum('j,njp,nj->p', weights, x, x @ found - y) + found / prior ** 2
     np.testing.assert_allclose(gradient[~at_bound], 0.0, atol=1e-9)
     assert (gradient[at_bound] > 0.0).all()
 

@@ -95,9 +95,8 @@ def test_tables_of_the_calibration_page(pages):
 
 def test_means_over_recordings_and_names_of_parameters(calibration):
     # e0: (30 (0.8 / 2)^2 + 10 (0.8 1.5)^2) / 40 = 0.48
-    column = {column.label: column for column in contents.gain_table(calibration).columns}
-    assert [column[name].text(2) for name in ('after', 'best', 'worst')] == [
-        '0.693', '0.400', '1.200']
+    assert [column.text(2) for column in contents.gain_table(calibration).columns] == [
+        '0.800', '0.693', '−13\u00a0%', '0.400', '1.200']
     shared = Fitted('crosstalk', 3, 'of e0', '-', 0.0, -0.037, 0.002)
     assert contents.parameter_name(shared) == 'crosstalk at e1 of e0'
 
