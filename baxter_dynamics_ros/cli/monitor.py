@@ -154,10 +154,9 @@ def effort_by_joint(message: JointState | None) -> Array:
 class Monitor:
     """Predictors of a name, found while they run, also below right/ and left/."""
 
-    def __init__(self, listener: Listener, name: str, joint_states: str,
-                 side: str | None) -> None:
-        self._name = '/' + name.strip('/')
-        self._listener, self._topic, self._side = listener, joint_states, side
+    def __init__(self, listener: Listener, name: str, topic: str, side: str | None) -> None:
+        self._listener, self._name = listener, '/' + name.strip('/')
+        self._topic, self._side = topic, side  # of the joint states
         self._predictors: dict[str, Predictor] = {}
         self._others: set[str] = set()  # predictors of other names
         self._started = time.monotonic()

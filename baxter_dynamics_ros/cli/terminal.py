@@ -85,14 +85,12 @@ def show_table(columns: Sequence[str], rows: Iterable[Sequence[Any]], decimals: 
 
 @contextmanager
 def progress(total: float | None = None) -> Iterator[Callable[[float, str], None]]:
-    """Show a bar, or without a total a spinner; yield a function of amount and description."""
+    """Show a bar, which moves without a total; yield a function of amount and description."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
     console = Console()
-    columns = [SpinnerColumn(), TextColumn('{task.description}', markup=False)]
-    if total is not None:
-        columns += [BarColumn(), TimeRemainingColumn()]
-    with Progress(*columns, console=console, transient=True,
+    with Progress(TextColumn('{task.description}', markup=False), BarColumn(),
+                  TimeRemainingColumn(), console=console, transient=True,
                   disable=not console.is_terminal) as bar:
         task = bar.add_task('', total=total)
         yield lambda completed, text: bar.update(task, completed=completed,
