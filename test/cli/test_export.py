@@ -91,22 +91,6 @@ def test_no_command_ends_a_comment(command, here):
     assert head.isascii() and head.count('*/') == 1 and '\\' not in head
 
 
-def test_refuses(refused, here):
-    (here / 'theirs').mkdir()
-    for file in ('theirs.txt', 'theirs.py', 'theirs/example.c'):
-        (here / file).write_text('/* baxter_dynamics export */')
-    for arguments, problem in (
-            ('', 'expected either a language or --base-parameters'),
-            ('c --base-parameters', 'expected either a language or --base-parameters'),
-            ('--base-parameters -o x', '--base-parameters prints a table'),
-            ('c -o my.c', '--output: expected a folder for 3 files'),
-            ('c --params none.yaml', 'none.yaml'),
-            ('c -o theirs.txt', 'theirs.txt is not a folder'),
-            ('python -o theirs.py', 'theirs.py exists and was not written by an export'),
-            ('c -o theirs', 'theirs/example.c exists and was not written by an export')):
-        assert problem in refused('export', *arguments.split())
-
-
 def test_exports_need_neither_casadi_nor_a_compiler(here):
     code = ('import sys; sys.modules["casadi"] = None; '
             'sys.modules["baxter_dynamics_ros.model._compiled"] = None; '

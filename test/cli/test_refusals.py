@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 TAKEN = 'exists; choose another name, or replace it with --force'
+THEIRS = 'exists and was not written by an export; move it, or choose another name'
+EITHER = 'expected either a language or --base-parameters'
 ONLY_RIGHT = ('run: /robot/joint_states has no joints of the left arm, only right_e0, right_e1, '
               'right_s0, right_s1, right_w0, right_w1, right_w2')
 
@@ -26,6 +28,14 @@ REFUSALS = [  # arguments, reason
      'the recordings are of both arms: calibrate one arm at a time (--arm)'),
     ('calibrate run --arm left', ONLY_RIGHT),
     ('demo --output none/demo.png', '--output: {here}/none is not a folder'),
+    ('export', EITHER),
+    ('export c --base-parameters', EITHER),
+    ('export --base-parameters -o x', '--base-parameters prints a table and takes no --output'),
+    ('export c -o my.c', '--output: expected a folder for 3 files'),
+    ('export c --params none.yaml', 'none.yaml: cannot be read (No such file or directory)'),
+    ('export c -o file', '--output: {here}/file is not a folder'),
+    ('export python -o theirs.py', '--output: {here}/theirs.py ' + THEIRS),
+    ('export c -o theirs', '--output: {here}/theirs/example.c ' + THEIRS),
     ('evaluate none -o new', 'none: no such file or folder'),
     ('evaluate none.npz -o new', 'none.npz: no recordings'),
     ('evaluate run', '--output: {here}/baxter_evaluation ' + TAKEN),
@@ -52,10 +62,10 @@ def here(make_bag, moving_arm, tmp_path):
     np.savez(tmp_path / 'none.npz', joint_names=['s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2'],
              period=0.01, recording=np.zeros(0, int), recording_names=np.array([], str),
              position=nothing, velocity=nothing, effort=nothing)
-    for folder in ('folder.yaml', 'folder.html', 'baxter_evaluation'):
+    for folder in ('folder.yaml', 'folder.html', 'baxter_evaluation', 'theirs'):
         (tmp_path / folder).mkdir()
-    for file in ('file', 'report.html', 'baxter_evaluation/notes'):
-        (tmp_path / file).write_text('mine')
+    for file in 'file', 'report.html', 'baxter_evaluation/notes', 'theirs.py', 'theirs/example.c':
+        (tmp_path / file).write_text('mine; made without baxter_dynamics export')
     (tmp_path / 'left.yaml').write_text('/**:\n  ros__parameters: {arm: left}\n')
     (tmp_path / 'robot.yaml').write_text('/**:\n  ros__parameters: {payload.mass: 0.3}\n')
     os.link(tmp_path / 'robot.yaml', tmp_path / 'link.yaml')
