@@ -12,11 +12,10 @@ effort does not contain their share of tau_s1. Simulators have no springs, see
 from dataclasses import dataclass
 from functools import cached_property
 import math
-from typing import Any
 
 import numpy as np
 
-from .arrays import Array, ArrayLike, Bools
+from .arrays import Array, Bools
 from .exceptions import ArgumentError
 from .joints import JOINTS, N_JOINTS, S1
 from .setting import Group, setting
@@ -24,9 +23,9 @@ from .setting import Group, setting
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
 # robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
 # 1.5 N m is not included. The sum is well determined, the individual coefficients are not.
-SPRING_COEFFICIENTS = (-5.7466, -8.6679, 38.3573, 9.3798, 2.2237)
+SPRING_COEFFICIENTS = np.array([-5.7466, -8.6679, 38.3573, 9.3798, 2.2237])
 # Angles of s1 in those recordings [rad]. Outside, the spring torque at the limit is used.
-SPRING_RANGE = (-1.9, 1.0)
+SPRING_RANGE = np.array([-1.9, 1.0])
 
 # Expected standard deviations within which 95 % of the residuals of free motion lie.
 BAND = 1.96
@@ -39,11 +38,6 @@ CROSSTALK[JOINTS.index('e1'), JOINTS.index('e0')] = -0.037
 _ZEROS = np.zeros(N_JOINTS)
 
 
-def _array(default: ArrayLike, *declaration: Any) -> Any:
-    """Return a field with an array in the shape of its default."""
-    return setting(tuple(np.ravel(default).tolist()), *declaration, shape=np.shape(default))
-
-
 @dataclass(frozen=True, eq=False)
 class EffortModel(Group, prefix='effort_model.'):
     """
@@ -54,38 +48,38 @@ class EffortModel(Group, prefix='effort_model.'):
     not finite, or values contradict.
     """
 
-    spring_coefficients: Array = _array(
+    spring_coefficients: Array = setting(
         SPRING_COEFFICIENTS, 'Spring torque at s1: coefficients of 1, sin q, cos q, sin 2q, '
         'cos 2q.', 'N m', -200.0, 200.0)
-    spring_range: Array = _array(
+    spring_range: Array = setting(
         SPRING_RANGE, 'Range of s1 in which the spring model is valid. Outside, the spring torque '
         'at the limit is used.', 'rad', -3.2, 3.2)
-    coulomb: Array = _array(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
+    coulomb: Array = setting(_ZEROS, 'Coulomb friction per joint.', 'N m', 0.0, 50.0)
     coulomb_velocity: float = setting(
         0.05, 'Velocity over which Coulomb friction changes sign.', 'rad/s', 1e-3, 1.0)
-    viscous: Array = _array(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
-    dahl: Array = _array(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
+    viscous: Array = setting(_ZEROS, 'Viscous friction per joint.', 'N m s/rad', 0.0, 50.0)
+    dahl: Array = setting(_ZEROS, 'Pre-sliding (Dahl) friction per joint.', 'N m', 0.0, 50.0)
     dahl_length: float = setting(
         0.02, 'Displacement over which Dahl friction reverses.', 'rad', 1e-4, 1.0)
-    bias: Array = _array(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
-    stiffness: Array = _array(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
-    added_inertia: Array = _array(
+    bias: Array = setting(_ZEROS, 'Offset of measured effort per joint.', 'N m', -50.0, 50.0)
+    stiffness: Array = setting(_ZEROS, 'Cable stiffness per joint.', 'N m/rad', -50.0, 50.0)
+    added_inertia: Array = setting(
         _ZEROS, 'Inertia per joint in addition to that of the links.', 'kg m^2', -5.0, 5.0)
-    crosstalk: Array = _array(
+    crosstalk: Array = setting(
         CROSSTALK, 'Share of the effort of each joint in the measured effort of another: 7 x 7, '
         'row by row, row i for the measured effort of joint i; the diagonal is zero.', '',
         -0.5, 0.5)
     # Of a robot that is not calibrated, from recordings of five arms of three laboratories; s1 of
     # one of them has an offset of 31 N m.
-    deviation: Array = _array(
-        (0.6, 17.0, 1.4, 1.7, 0.2, 0.5, 0.25),
+    deviation: Array = setting(
+        np.array([0.6, 17.0, 1.4, 1.7, 0.2, 0.5, 0.25]),
         'Expected standard deviation of the residual per joint at rest.', 'N m', 0.0, 100.0)
-    deviation_velocity: Array = _array(
-        (1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0),
+    deviation_velocity: Array = setting(
+        np.array([1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0]),
         'Expected standard deviation of the residual per joint and velocity.', 'N m s/rad',
         0.0, 100.0)
-    deviation_acceleration: Array = _array(
-        (0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    deviation_acceleration: Array = setting(
+        np.array([0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         'Expected standard deviation of the residual per joint and acceleration.',
         'N m s^2/rad', 0.0, 100.0)
 

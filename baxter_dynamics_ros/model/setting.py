@@ -125,6 +125,8 @@ class Group:
 
 
 def setting(default: Any, *declaration: Any, **options: Any) -> Any:
-    """Return a field of a group, declared as a :class:`Setting`."""
+    """Return a field of a group, declared as a :class:`Setting`, for arrays if the default is."""
+    if isinstance(default, np.ndarray):
+        default, options['shape'] = tuple(default.ravel().tolist()), default.shape
     return field(default=default,
                  metadata={'setting': Setting('', default, *declaration, **options)})
