@@ -6,6 +6,7 @@ from contextlib import contextmanager, ExitStack
 from functools import lru_cache
 import os
 from pathlib import Path
+import re
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
 
@@ -20,6 +21,7 @@ from .recording import BagError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 
+_ROS1_TYPE = re.compile('^([^/]+)/([^/]+)$')  # package/Name
 _METADATA = 'metadata.yaml'
 _KILLED = ' (was the recorder killed?)'
 
@@ -47,14 +49,13 @@ BagFile: TypeAlias = '_McapFile | _RosbagsFile'
 class _Kind(NamedTuple):
     start: bytes  # of every such file
     noun: str
-    storage: str = ''  # its name in rosbag2
     repair: str = ''  # command
 
 
-_MCAP = _Kind(b'\x89MCAP', 'an MCAP file', 'mcap', 'mcap recover {} -o repaired.mcap')
-_ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', repair='rosbag reindex {}')
+_MCAP = _Kind(b'\x89MCAP', 'an MCAP file', 'mcap recover {} -o repaired.mcap')
+_ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', 'rosbag reindex {}')
 _KINDS = {'.mcap': _MCAP, '.bag': _ROS1, '.active': _ROS1,
-          '.db3': _Kind(b'SQLite format 3\0', 'an SQLite file', 'sqlite3',
+          '.db3': _Kind(b'SQLite format 3\0', 'an SQLite file',
                         'sqlite3 {} .recover | sqlite3 repaired.db3'),
           '.zstd': _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file')}
 
@@ -121,8 +122,8 @@ def _without_metadata(folder: Path) -> str:
     for file in files:
         _check(file)
     if files:
-        return (f'has no {_METADATA}{_KILLED}: `ros2 bag reindex -s '
-                f'{_KINDS[files[0].suffix].storage} {folder}` writes it')
+        storage = 'mcap' if files[0].suffix == '.mcap' else 'sqlite3'
+        return f'has no {_METADATA}{_KILLED}: `ros2 bag reindex -s {storage} {folder}` writes it'
     bags = ', '.join(sorted(path.parent.name for path in folder.glob(f'*/{_METADATA}')))
     choice = f'; choose one of the bags in it: {bags}' if bags else ''
     return f'is not a bag: it has no {_METADATA}{choice}'
@@ -196,8 +197,8 @@ class _McapFile:
                 found[channel.id] = channel, schema
                 counts[channel.id] += 1
         self.channels = {
-            id_: Channel(channel.topic, _ros2_name(schema.name) if schema else 'no type',
-                         channel.message_encoding, counts[id_])
+            id_: Channel(channel.topic, _ROS1_TYPE.sub(r'\1/msg/\2', schema.name) if schema
+                         else 'no type', channel.message_encoding, counts[id_])
             for id_, (channel, schema) in found.items()}
 
     def messages(self, topic: str) -> Messages:
@@ -216,9 +217,3 @@ def _is_complete(summary: Any) -> bool:
     counts, types = summary.statistics.channel_message_counts, {0, *summary.schemas}
     return sum(counts.values()) == summary.statistics.message_count and all(
         id_ in summary.channels and summary.channels[id_].schema_id in types for id_ in counts)
-
-
-def _ros2_name(name: str) -> str:
-    """Return the name of a type as ROS 2 writes it; ROS 1 writes 'package/Name'."""
-    package, _, rest = name.partition('/')
-    return f'{package}/msg/{rest}' if rest and '/' not in rest else name

@@ -95,7 +95,7 @@ class _Run:
                  ) -> tuple[dict[str, tuple[Array, Array]], dict[str, Array]]:
         """Return measured and predicted effort by each method and estimator, and the terms."""
         model = self._settings.model.effort_model
-        _, q, qd, qdd, _, z = samples.estimate
+        q, qd, qdd, z = samples.q, samples.qd, samples.qdd, samples.dahl
         newest_q, newest_qd = samples.newest_q, samples.usable_qd
         # The closed form predicts once; the rest uses the faster method, equal within 1e-12.
         still = np.zeros_like(q)
