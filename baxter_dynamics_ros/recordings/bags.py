@@ -1,4 +1,4 @@
-"""Bags: recordings read from those of ROS 1 and ROS 2, predictions written to new ones."""
+"""Recordings in bags of ROS 1 and ROS 2, and a writer of joint states to new bags."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, ExitStack

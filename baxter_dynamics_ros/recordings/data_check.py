@@ -216,8 +216,8 @@ def _exchanged(data: _Data, check: DataCheck) -> _Found:
 def _exchanged_joints(data: _Data, cost: float) -> Any:
     """Return the order (7,) with two joints exchanged, if that explains the effort."""
     best, least = _SAME, cost - 4 * _MOVED_COST
-    motion = np.stack([data.q, data.qd, data.qdd, data.measured])[
-        :, ::max(len(data.q) // 400, 1)]
+    stride = max(len(data.q) // 400, 1)
+    motion = np.stack([data.q, data.qd, data.qdd, data.measured])[:, ::stride]
     for pair in combinations(_SAME, 2):
         order = _SAME.copy()
         order[[*pair]] = pair[::-1]

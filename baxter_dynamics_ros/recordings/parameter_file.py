@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
 
 
 class _Loader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[misc]
-    """YAML loader that calls only that a string which has the tag of one."""
+    """YAML loader that leaves the type of a scalar without a tag open."""
 
     DEFAULT_SCALAR_TAG = 'unknown'
 

@@ -1,4 +1,4 @@
-"""Joint states of one arm in a recording, from arrays in .npz and .csv files among others."""
+"""Recordings: joint states of one arm in their order; those in .npz and .csv files."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
