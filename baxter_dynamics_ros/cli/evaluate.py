@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 import shlex
 
-from .options import add_recordings, output_path, read_inputs
+from .options import add_recordings, NODE, output_path, read_inputs
 from .terminal import progress, say, show_table
 from ..model.exceptions import BaxterDynamicsError
 from ..model.joints import JOINTS
@@ -67,7 +67,6 @@ def main(args: argparse.Namespace) -> int:
 
 def _inputs(args: argparse.Namespace) -> str:
     """Return the recordings and the options for reading them, as on a command line."""
-    from ..recordings.parameter_file import NODE
     options = [('--arm', args.arm), ('--topic', args.topic),
                *(('--params', path) for path in args.params),
                ('--node', args.node if args.node != NODE else None)]

@@ -29,6 +29,7 @@ def number(low: float, high: float, unit: str = '',
     return check
 
 
+NODE = '/torque_predictor'
 # Declarations of options that several verbs have.
 _SHARED: dict[str, dict[str, Any]] = {
     '--arm': {'choices': SIDES, 'default': 'right', 'help': 'arm (default: %(default)s)'},
@@ -36,7 +37,7 @@ _SHARED: dict[str, dict[str, Any]] = {
                'help': 'seed of the sensor noise (default: %(default)s)'},
     '--topic': {'default': '/robot/joint_states', 'metavar': 'NAME',
                 'help': 'topic of the joint states (default: %(default)s)'},
-    '--node': {'default': '/torque_predictor', 'metavar': 'NAME',
+    '--node': {'default': NODE, 'metavar': 'NAME',
                'help': 'name of the predictor with its namespace (default: %(default)s)'},
 }
 

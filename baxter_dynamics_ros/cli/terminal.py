@@ -64,11 +64,10 @@ def show(content: RenderableType) -> None:
 def table(columns: Sequence[str]) -> Table:
     """Return a table without rows; all columns but the first are aligned to the right."""
     from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    result = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for i, column in enumerate(columns):
-        result.add_column(column, justify='right' if i else 'left', no_wrap=not i)
-    return result
+    from rich.table import Column, Table
+    return Table(Column(columns[0], no_wrap=True),
+                 *(Column(column, justify='right') for column in columns[1:]),
+                 box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
 
 
 def show_table(columns: Sequence[str], rows: Iterable[Sequence[Any]], decimals: int = 3,
