@@ -1,7 +1,6 @@
 """Periodic diagnostics of a node; diagnostic_updater is not available as a wheel."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -18,18 +17,11 @@ STALE = DiagnosticStatus.STALE
 _PERIOD = 1.0  # [s]
 
 
-@dataclass
-class Status:
-    """One diagnostic status."""
-
-    level: bytes
-    message: str
-    values: dict[str, object] = field(default_factory=dict)
-
-
-def first_case(values: dict[str, object], *cases: tuple[object, bytes, str]) -> Status:
+def first_case(values: dict[str, object], *cases: tuple[object, bytes, str]) -> DiagnosticStatus:
     """Return a status with level and message of the first case whose condition holds."""
-    return next(Status(level, message, values) for holds, level, message in cases if holds)
+    level, message = next((level, message) for holds, level, message in cases if holds)
+    return DiagnosticStatus(level=level, message=message, values=[
+        KeyValue(key=key, value=str(value)) for key, value in values.items()])
 
 
 class DiagnosticUpdater:
@@ -41,12 +33,12 @@ class DiagnosticUpdater:
     """
 
     def __init__(self, node: Node, hardware_id: str,
-                 report: Callable[[float], dict[str, Status]]) -> None:
+                 report: Callable[[float], dict[str, DiagnosticStatus]]) -> None:
         self._node = node
         self._hardware_id = hardware_id
         self._report = report
         self._reported_at = time.monotonic()
-        self._logged: dict[str, Status] = {}  # by status name
+        self._logged: dict[str, DiagnosticStatus] = {}  # by status name
         self._publisher = node.create_publisher(
             DiagnosticArray, topics.DIAGNOSTICS, topics.PUBLISHER_QOS)
         node.create_timer(_PERIOD, self._update, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -58,17 +50,14 @@ class DiagnosticUpdater:
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         for name, status in self._report(period).items():
-            message.status.append(DiagnosticStatus(
-                level=status.level, name=f'{prefix}: {name}', message=status.message,
-                hardware_id=self._hardware_id,
-                values=[KeyValue(key=key, value=str(value))
-                        for key, value in status.values.items()]))
+            status.name, status.hardware_id = f'{prefix}: {name}', self._hardware_id
+            message.status.append(status)
             self._log(name, status)
         self._publisher.publish(message)
 
-    def _log(self, name: str, status: Status) -> None:
+    def _log(self, name: str, status: DiagnosticStatus) -> None:
         """Log a changed status, unless it is only the consequence of missing input."""
-        before = self._logged.get(name, Status(OK, ''))
+        before = self._logged.get(name, DiagnosticStatus())
         if status.level == STALE and name != 'input' or (
                 before.level, before.message) == (status.level, status.message):
             return

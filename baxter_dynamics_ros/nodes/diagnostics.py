@@ -5,9 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from .diagnostic_updater import ERROR, first_case, OK, STALE, Status, WARN
+from .diagnostic_updater import ERROR, first_case, OK, STALE, WARN
 from .process import GuardedExecutor
 from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
@@ -42,7 +43,7 @@ class PredictorDiagnostics:
     statistics: StepStatistics
     explain: Callable[[], str]  # returns the explanation of the residual
 
-    def report(self, period: float) -> dict[str, Status]:
+    def report(self, period: float) -> dict[str, DiagnosticStatus]:
         """Return all statuses, given the time since the last report [s]."""
         executor = cast(GuardedExecutor, self.node.executor)
         self.statistics.close(
@@ -52,7 +53,7 @@ class PredictorDiagnostics:
                 'effort': self._effort(), 'residual': self._residual(),
                 'external': self._external(), 'callbacks': self._callbacks(executor)}
 
-    def _input(self) -> Status:
+    def _input(self) -> DiagnosticStatus:
         types = sorted({publisher.topic_type for publisher in
                         self.node.get_publishers_info_by_topic(self.topic)})
         selector, lost = self.predictor.stream.selector, self.statistics.since('lost')
@@ -93,7 +94,7 @@ class PredictorDiagnostics:
         return (f'no joint states received on {topic}; publishers: '
                 f'{self.node.count_publishers(topic)}')
 
-    def _stamps(self) -> Status:
+    def _stamps(self) -> DiagnosticStatus:
         clock, estimator = self.predictor.stream.clock, self.predictor.estimator
         accepted, predicted = self.statistics.accepted, self.statistics.predicted
         is_searching = clock.retimed and not clock.period
@@ -115,7 +116,7 @@ class PredictorDiagnostics:
              'no predictions: messages do not arrive at a steady rate'),
             (True, OK, 'estimating the period of the messages'))
 
-    def _filter(self) -> Status:
+    def _filter(self) -> DiagnosticStatus:
         estimator, statistics = self.predictor.estimator, self.statistics
         needed = _SAMPLES_PER_CYCLE * self.predictor.settings.acceleration.cutoff
         state = ('waiting' if self._is_stale else
@@ -134,7 +135,7 @@ class PredictorDiagnostics:
             (self._is_stale, STALE, 'waiting for joint states'),
             (True, OK, f'acceleration filter is {state}'))
 
-    def _effort(self) -> Status:
+    def _effort(self) -> DiagnosticStatus:
         problems = self._remedies(NO_EFFORT)
         return first_case(
             {'valid': 'unknown' if self._is_stale else not problems, **self._counts(*NO_EFFORT)},
@@ -142,17 +143,16 @@ class PredictorDiagnostics:
             (problems, WARN, '; '.join(problems)),
             (True, OK, 'measured effort is valid'))
 
-    def _residual(self) -> Status:
-        rms = self.statistics.residual_rms
-        return Status(
-            STALE if self._is_stale else OK,
-            'RMS of measured minus predicted effort' if rms is not None else
-            'no residual in the last second: see the statuses filter and effort',
+    def _residual(self) -> DiagnosticStatus:
+        rms, level = self.statistics.residual_rms, STALE if self._is_stale else OK
+        return first_case(
             {'explanation': 'none' if self._is_stale else self.explain(),
              **{f'{joint} RMS [N m]': 'none' if rms is None else f'{rms[i]:.3f}'
-                for i, joint in enumerate(JOINTS)}})
+                for i, joint in enumerate(JOINTS)}},
+            (rms is not None, level, 'RMS of measured minus predicted effort'),
+            (True, level, 'no residual in the last second: see the statuses filter and effort'))
 
-    def _external(self) -> Status:
+    def _external(self) -> DiagnosticStatus:
         external = cast(ExternalEffort, self.predictor.external)
         detector, unexplained = external.detector, self.statistics.unexplained
         is_missing = self._is_stale or not self.statistics.since('external')
@@ -184,7 +184,7 @@ class PredictorDiagnostics:
             status.message += '; wrench not published near a singularity of the hand'
         return status
 
-    def _callbacks(self, executor: GuardedExecutor) -> Status:
+    def _callbacks(self, executor: GuardedExecutor) -> DiagnosticStatus:
         return first_case(
             {**self._counts('failed'), 'last failure': executor.last_failure or 'none'},
             (self.statistics.since('failed'), WARN,

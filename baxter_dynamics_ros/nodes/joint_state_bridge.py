@@ -5,12 +5,13 @@ import os
 import sys
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import InvalidTopicNameException
 from sensor_msgs.msg import JointState
 
 from . import topics
-from .diagnostic_updater import DiagnosticUpdater, ERROR, first_case, OK, Status, WARN
+from .diagnostic_updater import DiagnosticUpdater, ERROR, first_case, OK, WARN
 from .messages import set_stamp
 from .process import run
 from .ros_parameters import ParameterNode
@@ -77,7 +78,7 @@ class JointStateBridge(ParameterNode):
             return arrival_ns
         return stamp_ns + source.clock.offset_ns
 
-    def _topic_status(self, subscriber: Subscriber, topic: str, period: float) -> Status:
+    def _topic_status(self, subscriber: Subscriber, topic: str, period: float) -> DiagnosticStatus:
         sources = subscriber.sources(topic)
         for source in sources:
             source.close_period(period)
@@ -108,7 +109,7 @@ class JointStateBridge(ParameterNode):
                             f'got {topic!r}')
 
 
-def _master_status(subscriber: Subscriber) -> Status:
+def _master_status(subscriber: Subscriber) -> DiagnosticStatus:
     master, problem = subscriber.master, subscriber.problem
     return first_case(
         {'address': master.address, 'reachable from the master': subscriber.is_called,

@@ -39,8 +39,9 @@ _TYPES = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointStat
 class ResultPublishers:
     """Publishers of the results of one arm; results without subscribers are not published."""
 
-    def __init__(self, node: ParameterNode, predictor: Predictor, statistics: StepStatistics,
-                 settings: PredictorSettings) -> None:
+    def __init__(self, node: ParameterNode, predictor: Predictor,
+                 statistics: StepStatistics) -> None:
+        settings = predictor.settings
         self._predictor = predictor
         self._statistics = statistics
         self._has_hand_axes = settings.wrench_frame == 'hand'
@@ -113,10 +114,9 @@ class TorquePredictor(ParameterNode):
 
     def __init__(self) -> None:
         super().__init__('torque_predictor')
-        settings: PredictorSettings = self.declare_settings(SETTINGS)
-        self._predictor = Predictor(settings, external=True)
+        self._predictor = Predictor(self.declare_settings(SETTINGS), external=True)
         self._statistics = StepStatistics()
-        self._results = ResultPublishers(self, self._predictor, self._statistics, settings)
+        self._results = ResultPublishers(self, self._predictor, self._statistics)
         self.create_service(Trigger, f'~/{topics.RESET}', self._on_reset)
         self._zero = ZeroService(self, self._predictor, self._statistics)
         self._calibrate: CalibrateAction | None = None
