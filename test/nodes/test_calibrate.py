@@ -5,14 +5,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from action_msgs.msg import GoalStatus
-from baxter_dynamics_ros.estimation.settings import DEFAULTS
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 import numpy as np
 import pytest
-from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.action import ActionClient
-from rclpy.parameter import Parameter, parameter_value_to_python
 
 action = pytest.importorskip('baxter_dynamics_interfaces.action',
                              reason='needs pip install ./baxter_dynamics_interfaces')
@@ -67,19 +64,6 @@ def calibrate(robot):
     client.destroy()
 
 
-def parameters(robot):
-    """Return the value of every setting in the running node."""
-    answer = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
-        names=list(DEFAULTS)))
-    return [parameter_value_to_python(value) for value in answer.values]
-
-
-def set_parameter(robot, name, value):
-    """Set a parameter of the running node."""
-    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
-    assert robot.call(SetParameters, 'set_parameters', request).results[0].successful
-
-
 def live_residual(robot, rows, start):
     """Return the residuals (n, 7) of rows played to the node [N m]."""
     robot.residual.clear()
@@ -91,7 +75,7 @@ def live_residual(robot, rows, start):
 
 def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
     start_predictor(*LEFT)
-    before = parameters(robot)
+    before = robot.parameters()
     rows = tracking(0, 900, 2100)
     robot.stream(rows[:50], start=BEGIN, side='left')
     goal = calibrate(duration=10.0, inertial=True)
@@ -101,13 +85,13 @@ def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
     goal.cancel()
     status, result = goal.result()
     assert status == GoalStatus.STATUS_CANCELED and 'cancelled' in result.message
-    assert parameters(robot) == before
+    assert robot.parameters() == before
 
 
 def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
         robot, start_predictor, calibrate, tracking):
     start_predictor(*LEFT)
-    before = parameters(robot)
+    before = robot.parameters()
     rows = tracking(0, 900, 1500)
     robot.spin(1.2)  # until the states of another test are too old
     for goal, problem in (
@@ -142,17 +126,16 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     status, result = goal.result()
     print(result.message)
     assert status == GoalStatus.STATUS_ABORTED and not result.success
-    assert parameters(robot) == before
+    assert robot.parameters() == before
 
     robot.stream(rows[:50], start=BEGIN + 60 * 10 ** 9, side='left')
     goal = calibrate(duration=20.0)
-    set_parameter(robot, 'payload.mass', 0.3)
+    assert robot.configure({'payload.mass': 0.3}).successful
     robot.stream(rows[50:100], start=BEGIN + 60_500_000_000, side='left')
     assert 'parameters were changed during the calibration' in goal.result()[1].message
-    set_parameter(robot, 'effort_model.enabled', False)
+    assert robot.configure({'effort_model.enabled': False}).successful
     assert 'effort_model.enabled is false' in calibrate(duration=20.0).result()[1].message
-    set_parameter(robot, 'effort_model.enabled', True)
-    set_parameter(robot, 'payload.mass', 0.0)
+    assert robot.configure({'effort_model.enabled': True, 'payload.mass': 0.0}).successful
 
 
 @pytest.mark.timeout(180)
@@ -182,10 +165,10 @@ def test_a_recording_calibrates_the_node_for_another(
     print('residual RMS of another recording [N m], before and after:', *rms, sep='\n')
     assert np.sum(rms[1]) < 0.8 * np.sum(rms[0])
 
-    set_now = parameters(robot)
+    set_now = robot.parameters()
     assert result.file == str(file)
     start_predictor('--params-file', str(file))
-    for value, wanted in zip(parameters(robot), set_now):
+    for value, wanted in zip(robot.parameters().values(), set_now.values()):
         np.testing.assert_array_equal(value, wanted) if isinstance(wanted, str) else (
             np.testing.assert_allclose(value, wanted, rtol=1e-6, atol=1e-9))
     again = live_residual(robot, other, BEGIN + 120 * 10 ** 9)

@@ -8,9 +8,6 @@ from baxter_dynamics_ros.simulation.description import find_description
 from geometry_msgs.msg import InertiaStamped, WrenchStamped
 import numpy as np
 import pytest
-from rcl_interfaces.srv import SetParameters
-import rclpy
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
@@ -38,21 +35,6 @@ def hand(pin):
         return pin.computeFrameJacobian(
             model, data, full, frame, pin.ReferenceFrame.LOCAL)[:, columns]
     return jacobian
-
-
-@pytest.fixture
-def push(robot, start):
-    """Start a fake Baxter that holds still; return a function that sets the force on its hand."""
-    start('fake_baxter', '-p', 'trajectory:=hold')
-    client = robot.create_client(SetParameters, '/fake_baxter/set_parameters')
-    assert client.wait_for_service(timeout_sec=30.0)
-
-    def set_force(force):
-        future = client.call_async(SetParameters.Request(parameters=[
-            Parameter('force', value=force.tolist()).to_parameter_msg()]))
-        rclpy.spin_until_future_complete(robot, future, timeout_sec=30.0)
-        return future.result().results[0]
-    return set_force
 
 
 def test_topics_without_subscribers_are_not_published(robot, predictor, sine):
@@ -110,8 +92,12 @@ def test_wrench_in_random_poses_is_that_of_the_manufacturers_description(
 
 
 def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(
-        robot, push, start_predictor, stamps):
+        robot, start, start_predictor, stamps):
+    start('fake_baxter', '-p', 'trajectory:=hold')
     start_predictor('-p', 'wrench_frame:=base')
+
+    def push(force):
+        return robot.configure({'force': force.tolist()}, 'fake_baxter')
     external = robot.listen(JointState, '/torque_predictor/external_effort')
     wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
     contacts = robot.listen(Bool, '/torque_predictor/contact')

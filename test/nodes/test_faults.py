@@ -9,12 +9,12 @@ import subprocess
 import sys
 import time
 
-from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state
 import numpy as np
+from perfect_robot import measured
 import pytest
 import rclpy
 from rclpy.node import Node
@@ -23,7 +23,6 @@ from std_srvs.srv import Trigger
 
 PERIOD = 10_000_000  # [ns]
 SETTLING = 22  # joint states at 100 Hz for which the filter settles, at most
-LAG = 0.014  # of the velocity [s]
 RESIDUAL = '/torque_predictor/effort_residual'
 OK = b'\x00'
 WARN = b'\x01'
@@ -34,10 +33,7 @@ class Motion:
     """A robot that moves with even stamps, whatever happens to other processes meanwhile."""
 
     def __init__(self, robot, sine):
-        t = np.arange(0.0, 60.0, 0.01)
-        q, qd, qdd = sine(t)
-        tau = BaxterArm().inverse_dynamics(q, qd, qdd)
-        self.rows = list(zip(q, sine(t - LAG)[1], EffortModel().effort(tau, q, qd, qdd)))
+        self.rows = list(zip(*measured(PredictorSettings(), 0.01 * np.arange(6000), sine)))
         self._robot = robot
         self._start_ns = None
         self.sent = 0

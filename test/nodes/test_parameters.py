@@ -3,16 +3,15 @@
 import math
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
-from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
+from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 from baxter_dynamics_ros.nodes.process import _reject_arguments
 import numpy as np
 import pytest
-from rcl_interfaces.srv import (DescribeParameters, GetParameters, SetParameters,
-                                SetParametersAtomically)
+from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.node import Node
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import Parameter
 
 START = 10 ** 18  # [ns]
 # Arguments with which the node must not start, and a part of the reason.
@@ -52,22 +51,6 @@ def bad_values(setting) -> list:
             rest, [*default, 0.0], [], [True] * n, [0] * n, ['magic'] * n, 'magic', 1.0]
 
 
-def set_parameters(robot, values):
-    """Set parameters of the running node as one change."""
-    request = SetParametersAtomically.Request(parameters=[
-        Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
-    return robot.call(SetParametersAtomically, 'set_parameters_atomically', request).result
-
-
-def parameters(robot):
-    """Return the value of every setting in the running node."""
-    answer = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
-        names=list(DEFAULTS)))
-    values = map(parameter_value_to_python, answer.values)
-    return {name: value if isinstance(value, (str, bool, int, float)) else tuple(value)
-            for name, value in zip(DEFAULTS, values)}
-
-
 def still(robot, n, start):
     """Stream a still arm; return the last prediction's effort and the arm's position."""
     q = np.array([0.1, -0.5, 0.2, 0.9, 0.3, 0.6, -0.2])
@@ -90,7 +73,7 @@ def test_each_parameter_has_a_description(robot, predictor):
 
 
 def test_at_run_time_bad_values_are_refused_and_nothing_changes(robot, predictor):
-    before = parameters(robot)
+    before = robot.parameters()
     bad = [(setting, value) for setting in SETTINGS if not setting.read_only
            for value in bad_values(setting)]
     results = robot.call(SetParameters, 'set_parameters', SetParameters.Request(parameters=[
@@ -109,16 +92,16 @@ def test_at_run_time_bad_values_are_refused_and_nothing_changes(robot, predictor
             ({'payload.mass': 1.0, 'contact.samples': 0}, 'contact.samples'),
             ({'payload.mass': 1.0, 'align': 'no'}, 'align: expected true or false'),
             ({'payload.mass': 1.0, 'payload.mas': 1.0}, 'did you mean payload.mass?')):
-        result = set_parameters(robot, values)
+        result = robot.configure(values)
         assert not result.successful and problem in result.reason, values
-    assert parameters(robot) == before
+    assert robot.parameters() == before
     assert 'Traceback' not in predictor.output
 
 
 def restore(robot):
     """Set the defaults again, for the test that shares the predictor next."""
     defaults = {each.name: each.default for each in SETTINGS if not each.read_only}
-    robot.until(lambda: set_parameters(robot, defaults).successful)
+    robot.until(lambda: robot.configure(defaults).successful)
 
 
 def test_a_large_request_is_bounded(robot, predictor):
@@ -135,19 +118,19 @@ def test_changes_apply_in_mid_stream(robot, predictor, stamps):
     np.testing.assert_allclose(before, effort.coupled(arm.gravity(q) + effort.spring(q)),
                                atol=1e-9)
 
-    assert set_parameters(robot, {
+    assert robot.configure({
         'payload.mass': 2.0, 'payload.center_of_mass': [0.01, 0.02, 0.1],
         'gravity': [0.5, -0.3, -9.7], 'method': 'newton_euler'}).successful
     after, _ = still(robot, 5, START + 600_000_000)  # too few to settle anew
     arm = BaxterArm(Payload(2.0, (0.01, 0.02, 0.1)), (0.5, -0.3, -9.7), mount('right'))
     np.testing.assert_allclose(after, effort.coupled(arm.gravity(q) + effort.spring(q)), atol=1e-9)
 
-    assert set_parameters(robot, {'effort_model.enabled': False}).successful
+    assert robot.configure({'effort_model.enabled': False}).successful
     after, _ = still(robot, 5, START + 650_000_000)
     np.testing.assert_allclose(after, arm.gravity(q), atol=1e-9)
 
     robot.predicted.clear()
-    assert set_parameters(robot, {'align': False}).successful  # the filter settles anew
+    assert robot.configure({'align': False}).successful  # the filter settles anew
     still(robot, 60, START + 700_000_000)
     robot.until(lambda: len(robot.predicted) == 60 - 21)
     assert stamps(robot.predicted)[-1] == START + 1_290_000_000  # of the newest joint state
@@ -160,7 +143,7 @@ def test_node_accepts_a_written_file(robot, start_predictor, all_changed, tmp_pa
     files.write_parameters(path, all_changed, ['Calibration', 'odd: {\nlines: [', ''])
     process = start_predictor('--params-file', str(path), '-p', 'camera_frame:=wrist')
     wanted = PredictorSettings.from_parameters(files.read_parameters(path)).parameters()
-    assert parameters(robot) == wanted
+    assert robot.parameters() == wanted
     assert f'predicting {all_changed.joint_prefix}left_s0' in process.output
     assert 'differ from their defaults: arm' in process.output
     assert 'camera_frame is given, but this node has none' in process.output

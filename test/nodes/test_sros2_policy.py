@@ -46,19 +46,19 @@ def used(robot, name, namespace):
                               ('request', robot.get_client_names_and_types_by_node))}
 
 
-@pytest.mark.parametrize('executable', RUNS)
-def test_allows_exactly_what_the_node_does(robot, start, allowed, executable):
-    if executable == 'fake_baxter':
-        pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
-    else:
-        pytest.importorskip('baxter_dynamics_interfaces.srv',
-                            reason='needs pip install ./baxter_dynamics_interfaces')
-    process = start(executable, '-r', '__ns:=/run', *RUNS[executable])
-    robot.until(lambda: '[INFO]' in process.output and (executable, '/run') in
-                robot.get_node_names_and_namespaces())
-    robot.until(lambda: used(robot, executable, '/run') == allowed(executable))
+def test_allows_exactly_what_the_nodes_do(robot, start, allowed):
+    pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
+    pytest.importorskip('baxter_dynamics_interfaces.srv',
+                        reason='needs pip install ./baxter_dynamics_interfaces')
+    processes = [start(executable, '-r', '__ns:=/run', *arguments)
+                 for executable, arguments in RUNS.items()]
+    robot.until(lambda: all('[INFO]' in process.output for process in processes) and {
+        (executable, '/run') for executable in RUNS} <= {*robot.get_node_names_and_namespaces()})
+    for executable in RUNS:
+        robot.until(lambda: used(robot, executable, '/run') == allowed(executable))
     robot.spin(0.7)  # what is discovered arrives in parts
-    assert used(robot, executable, '/run') == allowed(executable)
+    for executable in RUNS:
+        assert used(robot, executable, '/run') == allowed(executable)
 
 
 def test_an_operator_may_use_the_whole_predictor_and_command_no_robot(allowed):

@@ -126,28 +126,17 @@ def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor
     assert predictor.output.count('no measured effort (empty or NaN)') == 1
 
 
-def test_left_arm_prefix_and_frame(robot, start_predictor, sine):
-    start_predictor('-p', 'arm:=left', '-p', 'joint_prefix:=robot_1/', '-p',
-                    'frame_id:=robot_1/base', ROS_PYTHON_CHECK_FIELDS='1')
-    names = ['robot_1/' + name for name in joint_names('left')]
-    q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
-    for k in range(len(q)):
-        robot.send(START + k * 10_000_000, names, q[k], qd[k])
-    robot.until(lambda: len(robot.predicted) == len(q) - 21)
-    assert list(robot.predicted[0].name) == names
-    assert robot.predicted[0].header.frame_id == 'robot_1/base'
-
-
-def test_two_nodes_predict_two_arms_with_their_parameters(robot, start, lossless, sine):
+def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start, lossless, sine):
     load = {'right': 0.5, 'left': 1.2}  # [kg]
     for side in SIDES:
         start('torque_predictor', '-r', f'__ns:=/{side}', '-p', f'arm:={side}', '-p',
-              f'payload.mass:={load[side]}', *lossless)
+              f'payload.mass:={load[side]}', '-p', 'joint_prefix:=robot_1/', '-p',
+              'frame_id:=robot_1/base', *lossless, ROS_PYTHON_CHECK_FIELDS='1')
     residuals = {side: robot.listen(JointState, f'/{side}/torque_predictor/effort_residual')
                  for side in SIDES}
     robot.until(lambda: robot.publisher.get_subscription_count() == 2)
     robot.spin(0.5)
-    names = joint_names('right') + joint_names('left')
+    names = [f'robot_1/{name}' for name in joint_names('right') + joint_names('left')]
     q, qd, _ = sine(np.arange(60) * 0.01)
     rows = [(np.concatenate([q[k], -0.5 * q[k]]), np.concatenate([qd[k], -0.5 * qd[k]]),
              np.concatenate([q[k] + 1.0, q[k] - 1.0])) for k in range(60)]
@@ -156,11 +145,13 @@ def test_two_nodes_predict_two_arms_with_their_parameters(robot, start, lossless
     robot.until(lambda: all(len(residuals[side]) == 60 - 21 for side in SIDES))
     for side in SIDES:
         alone = Predictor(PredictorSettings.from_parameters(
-            {'arm': side, 'payload.mass': load[side]}))
+            {'arm': side, 'payload.mass': load[side], 'joint_prefix': 'robot_1/'}))
         steps = [alone.handle(START + k * 10_000_000, names, *row) for k, row in enumerate(rows)]
         assert [list(m.effort) for m in residuals[side]] == [
             step.prediction.residual.tolist() for step in steps if step.prediction]
-        assert all(tuple(m.name) == joint_names(side) for m in residuals[side])
+        for message in residuals[side]:
+            assert list(message.name) == [f'robot_1/{name}' for name in joint_names(side)]
+            assert message.header.frame_id == 'robot_1/base'
 
 
 def test_lost_messages_another_type_and_missing_service_types_are_reported(

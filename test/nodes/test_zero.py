@@ -4,7 +4,6 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 from perfect_robot import measured
 import pytest
-from rcl_interfaces.srv import GetParameters
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
@@ -52,9 +51,7 @@ def test_refused_requests_change_nothing(robot, zero, change, problem):
     answer = zero(100, change)
     assert not answer.success and 'nothing was changed' in answer.message
     assert problem in answer.message, answer.message
-    (bias,) = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
-        names=['effort_model.bias'])).values
-    assert not np.any(bias.double_array_value)
+    assert not np.any(robot.parameters()['effort_model.bias'])
 
 
 def test_offsets_go_into_the_bias(robot, zero):
@@ -73,9 +70,7 @@ def test_offsets_go_into_the_bias(robot, zero):
     assert answer.success, answer.message
     assert 's1 +34.' in answer.message and 'contact was reported throughout' in answer.message
 
-    (bias,) = robot.call(GetParameters, 'get_parameters', GetParameters.Request(
-        names=['effort_model.bias'])).values
-    np.testing.assert_allclose(bias.double_array_value, OFFSET, atol=0.05)
+    np.testing.assert_allclose(robot.parameters()['effort_model.bias'], OFFSET, atol=0.05)
     contacts = robot.listen(Bool, '/torque_predictor/contact')
     robot.residual.clear()
     zero.stream(100)
