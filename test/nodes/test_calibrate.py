@@ -1,12 +1,19 @@
 """Action calibrate, live over DDS: recordings of a real arm are played to the node."""
 
-import os
 from pathlib import Path
+import time
 from types import SimpleNamespace
 
 from action_msgs.msg import GoalStatus
+from baxter_dynamics_ros.calibration import live
+from baxter_dynamics_ros.estimation.predictor import Predictor
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
-from baxter_dynamics_ros.nodes.messages import stamp_ns
+from baxter_dynamics_ros.nodes import calibrate as calibrate_action
+from baxter_dynamics_ros.nodes.calibrate import CalibrateAction
+from baxter_dynamics_ros.nodes.messages import joint_state, set_stamp, stamp_ns
+from baxter_dynamics_ros.nodes.ros_parameters import ParameterNode
+from baxter_dynamics_ros.nodes.step_statistics import StepStatistics
 import numpy as np
 import pytest
 from rclpy.action import ActionClient
@@ -176,8 +183,44 @@ def test_a_recording_calibrates_the_node_for_another(
     np.testing.assert_allclose(again[-100:], after[-100:], atol=1e-3)
 
 
-def test_a_missing_library_is_named(start_predictor, calibrate, tmp_path):
-    (tmp_path / 'sitecustomize.py').write_text("import sys; sys.modules['scipy'] = None")
-    start_predictor(*LEFT, PYTHONPATH=os.pathsep.join(
-        [str(tmp_path), *filter(None, [os.environ.get('PYTHONPATH')])]))
-    assert 'pip install scipy' in calibrate(duration=20.0).result()[1].message
+@pytest.fixture
+def alone(robot, monkeypatch):
+    """Return a function: message of the action in this process, and what it held at each pause."""
+    node, predictor = ParameterNode('calibrating'), Predictor(PredictorSettings())
+    node.values, statistics = predictor.settings.parameters(), StepStatistics()
+    server = CalibrateAction(node, predictor, statistics, action.Calibrate)
+    message, held = joint_state(joint_names('right'), BEGIN, *np.ones((3, 7))), []
+
+    async def pause(seconds):
+        time.sleep(0.01)
+        held.append((server._process is not None, server._kept is not None))
+        for _ in range(100):
+            set_stamp(message.header, stamp_ns(message.header) + 10_000_000)
+            step = predictor.handle(stamp_ns(message.header), message.name, *np.ones((3, 7)))
+            statistics.add(step)
+            server.add(message, 0, step)
+
+    def run(**goal):
+        handle = SimpleNamespace(request=action.Calibrate.Goal(**goal), is_cancel_requested=False,
+                                 publish_feedback=id, abort=lambda: None)
+        with pytest.raises(StopIteration):
+            pause(0.0).send(None)
+        with pytest.raises(StopIteration) as end:
+            server._execute(handle).send(None)
+        return end.value.value.message, held
+    monkeypatch.setattr(server, '_pause', pause)
+    yield run
+    server.destroy()
+    node.destroy_node()
+
+
+def test_joint_states_are_kept_only_until_the_fit(alone, monkeypatch):
+    monkeypatch.setattr(live, 'COMMAND', ('sh', '-c', 'sleep 0.1; echo why'))
+    message, held = alone(duration=10.0)
+    assert message == 'nothing was changed: the fit failed: why'
+    assert set(held[1:]) == {(False, True), (True, False)}
+
+
+def test_a_missing_library_is_named(alone, monkeypatch):
+    monkeypatch.setattr(calibrate_action, 'find_spec', lambda name: None)
+    assert alone(duration=20.0)[0].endswith('needs scipy pyyaml: pip install scipy pyyaml')
