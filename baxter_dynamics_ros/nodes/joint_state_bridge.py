@@ -44,10 +44,7 @@ class JointStateBridge(ParameterNode):
             raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
                                 '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
         self._topics = {name: self._publisher(name) for name in names}
-        DiagnosticUpdater(self, 'baxter', lambda period: {
-            'master': _master_status(self._subscriber), **{
-                topic: self._topic_status(self._subscriber, topic, period)
-                for topic in self._topics}})
+        DiagnosticUpdater(self, 'baxter', self._report)
         try:  # last: from here on the node is registered with the master, until it is destroyed
             self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
                                           self.get_logger().info)
@@ -78,8 +75,20 @@ class JointStateBridge(ParameterNode):
             return arrival_ns
         return stamp_ns + source.clock.offset_ns
 
-    def _topic_status(self, subscriber: Subscriber, topic: str, period: float) -> DiagnosticStatus:
-        sources = subscriber.sources(topic)
+    def _report(self, period: float) -> dict[str, DiagnosticStatus]:
+        """Return all statuses, given the time since the last report [s]."""
+        subscriber = self._subscriber
+        master, problem = subscriber.master, subscriber.problem
+        return {'master': first_case(
+            {'address': master.address, 'reachable from the master': subscriber.is_called,
+             'malformed headers and messages': subscriber.malformed,
+             'reconnections': subscriber.reconnections},
+            (problem, ERROR, str(problem)),
+            (True, OK, f'connected to http://{master.host}:{master.port}/')),
+            **{topic: self._topic_status(topic, period) for topic in self._topics}}
+
+    def _topic_status(self, topic: str, period: float) -> DiagnosticStatus:
+        subscriber, sources = self._subscriber, self._subscriber.sources(topic)
         for source in sources:
             source.close_period(period)
         problems = '; '.join(dict.fromkeys(map(str, subscriber.problems(topic))))
@@ -107,16 +116,6 @@ class JointStateBridge(ParameterNode):
             pass
         raise ArgumentError('topics', f'expected full topic names such as {topics.JOINT_STATES}, '
                             f'got {topic!r}')
-
-
-def _master_status(subscriber: Subscriber) -> DiagnosticStatus:
-    master, problem = subscriber.master, subscriber.problem
-    return first_case(
-        {'address': master.address, 'reachable from the master': subscriber.is_called,
-         'malformed headers and messages': subscriber.malformed,
-         'reconnections': subscriber.reconnections},
-        (problem, ERROR, str(problem)),
-        (True, OK, f'connected to http://{master.host}:{master.port}/'))
 
 
 main = partial(run, JointStateBridge, 'joint_state_bridge')
