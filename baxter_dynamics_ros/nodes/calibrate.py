@@ -50,7 +50,7 @@ class CalibrateAction(WaitingRequest):
         self._newest_ns = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._server = ActionServer(
-            node, action, f'~/{topics.CALIBRATE}', self._execute, callback_group=self._group,
+            node, action, f'~/{topics.CALIBRATE}', self._execute, callback_group=self.group,
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
 
     def add(self, message: JointState, received_ns: int, step: Step) -> None:

@@ -119,6 +119,8 @@ class TorquePredictor(ParameterNode):
         self._results = ResultPublishers(self, self._predictor, self._statistics)
         self.create_service(Trigger, f'~/{topics.RESET}', self._on_reset)
         self._zero = ZeroService(self, self._predictor, self._statistics)
+        self.create_service(
+            Trigger, f'~/{topics.ZERO}', self._zero.handle, callback_group=self._zero.group)
         self._calibrate: CalibrateAction | None = None
         self._offer_own_types()
         self._subscription = self.create_subscription(

@@ -12,7 +12,6 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from . import topics
 from .ros_parameters import ParameterNode
 from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.external import External
@@ -41,7 +40,7 @@ class WaitingRequest:
         self._is_running = False
         self._kept: list[Any] | None = None  # of the joint states; None while none are needed
         # A mutually exclusive group blocks its other callbacks while one of them waits.
-        self._group = ReentrantCallbackGroup()
+        self.group = ReentrantCallbackGroup()
 
     @contextmanager
     def _only(self, name: str) -> Iterator[None]:
@@ -59,7 +58,7 @@ class WaitingRequest:
         future = Future()
         timer = self._node.create_timer(
             seconds, lambda: future.done() or future.set_result(None),
-            callback_group=self._group, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            callback_group=self.group, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
             await future
         finally:
@@ -83,19 +82,14 @@ class ZeroService(WaitingRequest):
     therefore accepted if it neither begins nor ends while residuals are collected.
     """
 
-    def __init__(self, node: ParameterNode, predictor: Predictor,
-                 statistics: StepStatistics) -> None:
-        super().__init__(node, predictor, statistics)
-        node.create_service(Trigger, f'~/{topics.ZERO}', self._on_request,
-                            callback_group=self._group)
-
     def add(self, step: Step) -> None:
         """Add the results of a joint state while a request waits for them."""
         if self._kept is not None and step.dropped is None:
             self._kept.append(step)
 
-    async def _on_request(self, request: Trigger.Request,
-                          response: Trigger.Response) -> Trigger.Response:
+    async def handle(self, request: Trigger.Request,
+                     response: Trigger.Response) -> Trigger.Response:
+        """Handle a request."""
         try:
             if not self._node.values['effort_model.enabled']:
                 raise RefusedError('effort_model.enabled is false, so the bias has no effect')
