@@ -118,8 +118,8 @@ class Robot(Node):
         else:
             self.spin(0.15)  # joint states and results of the test before
             self.call(Trigger, 'reset')
-            self.predicted.clear()
-            self.residual.clear()
+        self.predicted.clear()
+        self.residual.clear()
         return self._predictor
 
     def end_predictor(self):
@@ -172,6 +172,12 @@ class Robot(Node):
             assert k < 100 * PATIENCE, f'nothing within {PATIENCE} s'
             self.send_arm(start + k * 10_000_000, *row)
             self.spin(0.01)
+
+    def move_until_report(self, condition, rows, start: int = 10 ** 18) -> dict:
+        """Publish rows as above until new diagnostics meet a condition; return them."""
+        self.diagnostics.clear()
+        self.move_until(lambda: self.statuses() and condition(self.statuses()[-1]), rows, start)
+        return self.statuses()[-1]
 
     def call(self, kind, name: str, request=None, node: str = 'torque_predictor'):
         """Call a service of a node."""

@@ -14,7 +14,6 @@ from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state
 import numpy as np
-from perfect_robot import measured
 import pytest
 import rclpy
 from rclpy.node import Node
@@ -33,6 +32,7 @@ class Motion:
     """A robot that moves with even stamps, whatever happens to other processes meanwhile."""
 
     def __init__(self, robot, sine):
+        from perfect_robot import measured  # which the processes of this file do not find
         self.rows = list(zip(*measured(PredictorSettings(), 0.01 * np.arange(6000), sine)))
         self._robot = robot
         self._start_ns = None

@@ -41,10 +41,8 @@ def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predicto
 
     for spoil, reason in ((np.degrees, 'units are rad, rad/s and N m'),
                           (lambda q: q * np.nan, 'NaN positions')):
-        robot.diagnostics.clear()
-        robot.move_until(lambda: robot.statuses() and reason in robot.statuses()[-1]['input'][1],
-                         [(spoil(q), *rest) for q, *rest in rows])
-        report = robot.statuses()[-1]
+        report = robot.move_until_report(lambda report: reason in report['input'][1],
+                                         [(spoil(q), *rest) for q, *rest in rows])
         assert report['input'][0] == ERROR
         assert report['effort'][0] == STALE and 'valid' not in report['effort'][1]
         assert reason in predictor.output
@@ -71,10 +69,8 @@ def test_publishes_residuals_of_a_moving_arm_and_finds_nothing_wrong(
     residual = np.array([m.effort for m in robot.residual][-100:])
     assert np.abs(residual - EXTRA).max() < 0.15  # measured minus predicted
 
-    robot.diagnostics.clear()
-    robot.move_until(lambda: robot.statuses() and {
-        status[0] for status in robot.statuses()[-1].values()} == {OK}, rows, last + 10_000_000)
-    report = robot.statuses()[-1]
+    report = robot.move_until_report(lambda report: {
+        status[0] for status in report.values()} == {OK}, rows, last + 10_000_000)
     assert report['filter'][2]['state'] == 'running'
     assert report['effort'][2]['valid'] == 'True'
     for message in robot.diagnostics:

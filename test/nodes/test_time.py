@@ -91,19 +91,6 @@ def test_zero_stamps_become_the_time_of_arrival(robot, predictor, external, sine
     assert int(values['unstamped']) > 0
 
 
-def test_stamps_that_stand_still_become_the_time_of_receipt(robot, predictor, sine, stamps):
-    begin = time.time_ns()
-    rows = rows_of(sine, np.arange(0.0, 4.0, 0.01))
-    for k in range(3000):
-        if robot.predicted and stamps(robot.predicted)[-1] > begin + 10 ** 9:
-            break
-        send(robot, [START], rows[k % 400:k % 400 + 1], pace=0.0)
-        robot.spin(0.01)
-    assert begin < stamps(robot.predicted)[-1] < time.time_ns()
-    robot.until(lambda: any(report['stamps'][1] == 'using re-timed times of receipt'
-                            for report in robot.statuses()))
-
-
 def test_simulated_time_pauses_and_restarts(robot, start_predictor, external, sine, stamps):
     start_predictor('-p', 'use_sim_time:=true')
     clock = robot.create_publisher(Clock, '/clock', 10)
@@ -134,10 +121,8 @@ def test_simulated_time_pauses_and_restarts(robot, start_predictor, external, si
     assert np.abs(np.subtract(sent[21:], stamps(robot.predicted)) - DELAY * 1e9).max() <= 1
     assert set(np.subtract(sent[2:], stamps(external))) == {14_000_000}
     assert np.abs([m.effort for m in robot.residual][40:]).max() < 0.15
-    robot.diagnostics.clear()
-    robot.move_until(lambda: robot.statuses() and robot.statuses()[-1]['stamps'][:2] == (
+    report = robot.move_until_report(lambda report: report['stamps'][:2] == (
         b'\x00', 'using header stamps'), rows[200:], sent[-1] + 10_000_000)
-    report = robot.statuses()[-1]
     values = report['stamps'][2]
     assert float(values['delay of predictions [s]']) == pytest.approx(DELAY, abs=1e-4)
     assert float(values['delay of external effort [s]']) == pytest.approx(0.014, abs=1e-4)
