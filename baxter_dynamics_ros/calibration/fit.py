@@ -73,7 +73,7 @@ class Fit:
                       for motion, b in zip(motions, self.left_out)]
         self.judged = [
             Judged(motion.name, motion.duration, rms(residual(motion, problem.before)),
-                   *2 * [rms(left)]) for motion, left in zip(motions, self._left)]
+                   (after := rms(left)), after) for motion, left in zip(motions, self._left)]
 
     @property
     def log_error(self) -> float:

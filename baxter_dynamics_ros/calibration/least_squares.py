@@ -29,7 +29,8 @@ class Problem:
 
     The sums are [X_j y_j]^T W_j [X_j y_j] for each joint j, (7, p + 1, p + 1). X_j is the
     regressor, y_j the residual before the fit, both without the crosstalk of the model, and W_j
-    the weights of the samples. The problem is linearised about some deviations (p,).
+    the weights of the samples, (n, 7) for each motion and by default 1. The problem is linearised
+    about some deviations (p,), by default 0.
     """
 
     def __init__(self, before: PredictorSettings, terms: list[Term], motions: list[Motion],

@@ -73,11 +73,10 @@ def _worse(calibration: Calibration) -> 'str | None':
 def _contact(calibration: Calibration) -> 'str | None':
     if not calibration.contacts:
         return None
-    touched = {contact.joint for contact in calibration.contacts}
-    errors = ', '.join(
-        f'{joint} {torque(without)} without it and {torque(with_contact)} with it'
-        for joint, without, with_contact in zip(JOINTS, *calibration.total[3:])
-        if joint in touched)
+    total, touched = calibration.total, {contact.joint for contact in calibration.contacts}
+    errors = ', '.join(f'{joint} {torque(free)} without it and {torque(touching)} with it'
+                       for joint, free, touching in zip(JOINTS, total.after, total.with_contact)
+                       if joint in touched)
     return (f'{"; ".join(map(str, calibration.contacts))}. It is left out of the fit and of the '
             f'errors on this page: {errors}.')
 
