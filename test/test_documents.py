@@ -16,7 +16,7 @@ from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 import pytest
 
-for module in ('rclpy', 'mujoco', 'rosbags', 'rich', 'casadi', 'scipy', 'yaml'):
+for module in ('rclpy', 'mujoco', 'rosbags', 'rich', 'yaml'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[test]"')
 
 from baxter_dynamics_ros.cli.main import parse, VERBS  # noqa: E402, I100
