@@ -111,7 +111,7 @@ setup(
     install_requires=['numpy>=1.24'],
     extras_require={'ros': ros, 'offline': offline, 'demo': demo, 'export': export, 'panel': panel,
                     'benchmark': benchmark, 'doc': doc, 'test': test},
-    package_data={package_name: ['py.typed', 'report/*.j2', 'export/*.tex',
+    package_data={package_name: ['py.typed', 'report/*.j2', 'export/*.c', 'export/*.tex',
                                  'model/_closed_form.[ch]']},
     ext_modules=[Extension(
         f'{package_name}.model._compiled', [f'{package_name}/model/_compiled.cpp'],

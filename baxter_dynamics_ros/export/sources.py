@@ -30,22 +30,6 @@ _C_USAGE = (
 _STATE = {'q': (0.1, -0.5, 0.2, 1.0, -0.3, 0.7, 0.4),
           'qd': (0.5, -0.4, 0.3, 0.6, -0.8, 1.0, -1.2),
           'qdd': (1.0, 0.5, -1.0, 2.0, -1.5, 1.0, 3.0)}
-_EXAMPLE = """#include <stdio.h>
-
-#include "baxter_dynamics.h"
-
-int main(void)
-{
-%s
-    double tau[7];
-
-    baxter_dynamics_inverse_dynamics(q, qd, qdd, &baxter_dynamics_default, tau);
-    for (int i = 0; i < 7; i++)
-        printf("%%.6f ", tau[i]);
-    printf("\\n");
-    return 0;
-}
-"""
 _PYTHON_USAGE = """
 Each function takes sin q, cos q and further vectors as sequences of 7 scalars, and the parameters
 in the order of PARAMETERS, such as VALUES. It returns a tuple of scalars: its results row by row,
@@ -115,15 +99,16 @@ def c_files(arm: BaxterArm, command: str) -> dict[str, str]:
     marker = '\n\n/* M (7, 7)'
     default = f'\n\nconst baxter_dynamics_parameters baxter_dynamics_default = {{\n{values}}};'
     tau = arm.inverse_dynamics(*_STATE.values())
-    states = '\n'.join(f'    const double {name}[7] = {{{", ".join(map(repr, state))}}};'
-                       for name, state in _STATE.items())
-    example = _comment(
+    states = '\n    '.join(f'const double {name}[7] = {{{", ".join(map(repr, state))}}};'
+                           for name, state in _STATE.items())
+    example = Path(__file__).with_name('example.c').read_text(encoding='utf-8')
+    example_head = _comment(
         about[0], 'tau [N m] of one state:',
         '    gcc -O3 example.c baxter_dynamics.c -o example -lm && ./example', 'prints',
         '    ' + ' '.join(f'{x:.6f}' for x in tau))
     return {'baxter_dynamics.h': _comment(*about, FRAMES, *_C_USAGE) + header,
             'baxter_dynamics.c': _comment(*about) + source.replace(marker, default + marker, 1),
-            'example.c': example + _EXAMPLE % states}
+            'example.c': example_head + example.replace('<states>', states)}
 
 
 def _comment(*paragraphs: str) -> str:

@@ -72,8 +72,7 @@ class Plant:
         self.model = _compile(arm_description(side, description, payload))
         self.model.opt.gravity[:] = finite(
             'gravity', GRAVITY if gravity is None else gravity, (3,))
-        names = [self.model.joint(i).name for i in range(self.model.njnt)]
-        self._joints = np.array([names.index(name) for name in joint_names(side)])
+        self._joints = np.array([self.model.joint(name).id for name in joint_names(side)])
         self.model.dof_armature[self._joints] = self.truth.added_inertia
         self.data = mujoco.MjData(self.model)
         self._hand = next(i for i in range(self.model.nbody)
