@@ -15,14 +15,6 @@ import numpy as np
 import pytest
 from std_msgs.msg import Header
 
-pytest.importorskip('yourdfpy', reason='needs pip install ".[panel]"')
-viser = pytest.importorskip('viser', reason='needs pip install ".[panel]"')
-pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
-
-from viser.transforms import SE3  # noqa: E402, I100
-
-from baxter_dynamics_ros.cli import panel_views  # noqa: E402, I100
-
 Q = np.array([0.3, -0.6, 0.1, 1.4, 0.2, 0.8, 0.4])  # [rad]
 FORCE = np.array([0.0, 4.0, -18.0])  # axes of the base [N]
 # A triangle for each mesh, because reading them takes seconds.
@@ -41,7 +33,16 @@ for (const name of ['drawElements', 'drawArrays', 'drawElementsInstanced', 'draw
 """
 
 
-def test_scales_hold_all_values_and_change_rarely(rng):
+@pytest.fixture(scope='module', autouse=True)
+def panel_views():
+    """Return the module, which takes seconds to import: not while tests are collected."""
+    for module, extra in (('yourdfpy', 'panel'), ('viser', 'panel'), ('mujoco', 'demo')):
+        pytest.importorskip(module, reason=f'needs pip install ".[{extra}]"')
+    from baxter_dynamics_ros.cli import panel_views
+    return panel_views
+
+
+def test_scales_hold_all_values_and_change_rarely(rng, panel_views):
     values = np.cumsum(rng.normal(0.0, 0.1, 3000))  # a random walk, 10 values a second
     limits, changes = (0.0, 0.0), 0
     for end in range(2, len(values)):
@@ -53,7 +54,7 @@ def test_scales_hold_all_values_and_change_rarely(rng):
     assert changes < 60
 
 
-def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch):
+def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch, panel_views):
     load, shapes = panel_views._load, {}
 
     def load_wrist(file):  # the others take seconds
@@ -61,7 +62,7 @@ def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch):
             (np.eye(3), np.array([[0, 1, 2]]), (90, 90, 90))]
         return shapes[file.name]
     monkeypatch.setattr(panel_views, '_load', load_wrist)
-    server = viser.ViserServer('localhost', 8500, verbose=False)
+    server = panel_views.viser.ViserServer('localhost', 8500, verbose=False)
     scene = panel_views.Scene(server)
     assert {'E1.DAE', 'PEDESTAL.DAE', 'H0.DAE'} < shapes.keys()
     (vertices, faces, _), *_ = shapes['W2.DAE']
@@ -86,15 +87,16 @@ def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch):
     server.stop()
 
 
-def test_draws_capsules_along_the_links_without_meshes(monkeypatch):
+def test_draws_capsules_along_the_links_without_meshes(monkeypatch, panel_views):
     monkeypatch.setattr(panel_views, '_IN_WHEEL', 'missing')
-    server = viser.ViserServer('localhost', 8500, verbose=False)
+    server = panel_views.viser.ViserServer('localhost', 8500, verbose=False)
     scene = panel_views.Scene(server)
     scene.move(dict(zip(joint_names('left'), Q)))
     arm, pose = BaxterArm(mount=mount('left')), np.eye(4)
     for i, name in enumerate(joint_names('left'), 1):
         frame, _ = scene._joints[name]
-        pose = pose @ SE3(np.array([*frame.wxyz, *frame.position])).as_matrix()
+        pose = pose @ panel_views.viser.transforms.SE3(
+            np.array([*frame.wxyz, *frame.position])).as_matrix()
         (mesh, _), = scene._meshes[name]
         points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
         end = (arm.mount @ transform(arm.parameters, 0, i, Q))[:3, 3]

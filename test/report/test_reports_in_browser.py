@@ -6,8 +6,6 @@ import pytest
 
 pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
 pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
-playwright_api = pytest.importorskip(
-    'playwright.sync_api', reason='looking at reports needs playwright: pip install playwright')
 
 SCREENS = {'laptop': {'viewport': {'width': 1280, 'height': 800}},
            'phone': {'viewport': {'width': 360, 'height': 640}, 'is_mobile': True,
@@ -28,6 +26,7 @@ BRIGHTNESS = """image => {  // mean of a figure, 0 to 1
 @pytest.fixture(scope='module')
 def browser():
     """Return the machine's Chromium, without a window."""
+    playwright_api = pytest.importorskip('playwright.sync_api', reason='needs Playwright')
     names = ('chromium', 'chromium-browser', 'google-chrome')
     found = [path for path in map(shutil.which, names) if path]
     if not found:
