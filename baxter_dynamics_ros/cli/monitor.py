@@ -34,7 +34,7 @@ _RATES = {'predictions': topics.PREDICTED_EFFORT, 'residuals': topics.EFFORT_RES
           'joint states': topics.JOINT_STATES}
 
 
-class Predictor:
+class MonitoredPredictor:
     """Recent messages of one predictor, by its name with namespace; times are monotonic [s]."""
 
     def __init__(self, name: str) -> None:
@@ -157,7 +157,7 @@ class Monitor:
     def __init__(self, listener: Listener, name: str, topic: str, side: str | None) -> None:
         self._listener, self._name = listener, '/' + name.strip('/')
         self._topic, self._side = topic, side  # of the joint states
-        self._predictors: dict[str, Predictor] = {}
+        self._predictors: dict[str, MonitoredPredictor] = {}
         self._others: set[str] = set()  # predictors of other names
         self._started = time.monotonic()
         self._discovered = -math.inf  # monotonic time of the last discovery [s]
@@ -172,7 +172,7 @@ class Monitor:
             if now >= end or self._listener.wait(is_done, min(period, end - now)):
                 return
 
-    def shown(self, now: float) -> list[Predictor]:
+    def shown(self, now: float) -> list[MonitoredPredictor]:
         """Return the live predictors; all if none is live."""
         ours = [each for each in self._predictors.values()
                 if self._side in (None, each.side) or not each.side]
@@ -206,11 +206,11 @@ class Monitor:
         running = self._listener.predictors()
         self._others = running - ours
         for found in sorted(running & ours - self._predictors.keys()):
-            self._predictors[found] = Predictor(found)
+            self._predictors[found] = MonitoredPredictor(found)
             for topic in _TOPICS:
                 self._subscribe(self._predictors[found], topic)
 
-    def _subscribe(self, predictor: Predictor, topic: str) -> None:
+    def _subscribe(self, predictor: MonitoredPredictor, topic: str) -> None:
         names = {topics.JOINT_STATES: self._topic, topics.DIAGNOSTICS: topics.DIAGNOSTICS}
         self._listener.subscribe(
             _TOPICS[topic], names.get(topic, f'{predictor.name}/{topic}'),

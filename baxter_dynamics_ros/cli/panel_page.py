@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 import viser
 
 from .listener import Listener
-from .monitor import Monitor, Predictor
+from .monitor import Monitor, MonitoredPredictor
 from .panel_views import Charts, force_of, Scene
 from .terminal import say
 from ..model.joints import JOINTS
@@ -78,7 +78,7 @@ class Page:
                     self._charts.update(now)
                     self._diagnostics.content = _diagnostics(shown[0], now)
 
-    def _update_scene(self, predictor: Predictor, now: float) -> None:
+    def _update_scene(self, predictor: MonitoredPredictor, now: float) -> None:
         self._scene.touch({f'{predictor.side}_{joint}' for joint in predictor.contact_joints(now)})
         state = predictor.newest(topics.JOINT_STATES, now)
         positions = dict(zip(state.name, state.position)) if state else {}
@@ -166,7 +166,7 @@ class Buttons:
         self._answer.content = _paragraph(text)
 
 
-def _summary(predictor: Predictor, now: float) -> str:
+def _summary(predictor: MonitoredPredictor, now: float) -> str:
     """Return sentences on contact, force, residual and rates, as HTML."""
     contact, in_contact = predictor.contact(now), predictor.in_contact(now)
     wrench = predictor.newest(topics.EXTERNAL_WRENCH, now)
@@ -178,7 +178,7 @@ def _summary(predictor: Predictor, now: float) -> str:
             + ''.join(map(_paragraph, filter(None, sentences))))
 
 
-def _diagnostics(predictor: Predictor, now: float) -> str:
+def _diagnostics(predictor: MonitoredPredictor, now: float) -> str:
     return ''.join(_paragraph(text, _LEVELS[level], f'{name} ')
                    for name, level, text in predictor.diagnostics(now)
                    ) or _paragraph('no diagnostics', _LEVELS[3])

@@ -19,7 +19,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from .monitor import effort_by_joint, Monitor, Predictor
+from .monitor import effort_by_joint, Monitor, MonitoredPredictor
 from .terminal import plain_console, printable, say, show, table
 from ..files import write_file
 from ..model.exceptions import BaxterDynamicsError
@@ -70,7 +70,7 @@ def save(monitor: Monitor, figure: Path) -> None:
     say(f'figure: {figure}')
 
 
-def view(predictor: Predictor, now: float) -> Group:
+def view(predictor: MonitoredPredictor, now: float) -> Group:
     """Return the view of a predictor at monotonic time now [s]."""
     style = {True: 'bold white on red', False: 'green', None: 'magenta'}[predictor.in_contact(now)]
     title = Text(printable(f'{predictor.name}  {predictor.side or "unknown"} arm  '), 'bold')
@@ -84,7 +84,7 @@ def view(predictor: Predictor, now: float) -> Group:
                  Text(printable(predictor.explanation(now)), 'bold'), diagnostics)
 
 
-def line(predictor: Predictor, now: float) -> str:
+def line(predictor: MonitoredPredictor, now: float) -> str:
     """Return the state of a predictor in one line."""
     residual = predictor.efforts(now)[2]
     values = ' '.join(f'{joint} {_number(x)}' for joint, x in zip(JOINTS, residual))
@@ -112,7 +112,7 @@ def _view(monitor: Monitor) -> Group:
     return Group(*heading, *(view(each, now) for each in monitor.shown(now)))
 
 
-def _joint_table(predictor: Predictor, now: float) -> Table:
+def _joint_table(predictor: MonitoredPredictor, now: float) -> Table:
     result = table(_COLUMNS)
     touched = predictor.contact_joints(now)
     external = effort_by_joint(predictor.newest(topics.EXTERNAL_EFFORT, now))

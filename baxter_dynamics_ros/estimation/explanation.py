@@ -66,7 +66,7 @@ _WITHIN = Explained('none', 'residual is within the expected deviation')
 _UNEXPLAINED = Explained('unexplained', 'residual is not explained')
 
 
-class _Sample(NamedTuple):
+class _ExplainedSample(NamedTuple):
     stamp_ns: int
     contact: bool
     q: Array  # (7,) [rad]
@@ -84,7 +84,7 @@ class ResidualExplainer:
     """
 
     def __init__(self, arm: BaxterArm, effort_model: EffortModel) -> None:
-        self._samples: deque[_Sample] = deque()
+        self._samples: deque[_ExplainedSample] = deque()
         self.configure(arm, effort_model)
 
     def configure(self, arm: BaxterArm, effort_model: EffortModel) -> None:
@@ -116,8 +116,8 @@ class ResidualExplainer:
                    *np.diag(np.tanh(qd / model.coulomb_velocity)), *np.eye(N_JOINTS)]
         expected = prediction.deviation
         deviation = np.clip(np.where(expected > 0.0, expected, np.inf), SMALLEST, UNCALIBRATED)
-        samples.append(_Sample(stamp, bool(contact), q, prediction.residual, deviation,
-                               model.coupled(np.array(torques)).T))
+        samples.append(_ExplainedSample(stamp, bool(contact), q, prediction.residual, deviation,
+                                        model.coupled(np.array(torques)).T))
         while stamp - samples[0].stamp_ns > WINDOW * 1e9:
             samples.popleft()
 
@@ -143,7 +143,7 @@ class _Fit(NamedTuple):
 class _Regression:
     """Weighted linear regression of the residuals on the columns of all terms."""
 
-    def __init__(self, samples: list[_Sample]) -> None:
+    def __init__(self, samples: list[_ExplainedSample]) -> None:
         self.independent, last = 1, samples[0].q  # number of samples that count
         for sample in samples:
             if np.abs(sample.q - last).max() > _MOVED:
@@ -247,7 +247,7 @@ def _statement(name: str, fit: _Fit, columns: list[int]) -> Explained:
     return Explained(kind, text, joint, value, sd)
 
 
-def _joint_stop(samples: list[_Sample]) -> 'Explained | None':
+def _joint_stop(samples: list[_ExplainedSample]) -> 'Explained | None':
     """Return the joint that presses on its stop, if one does."""
     q, residual, deviation = np.mean([sample[2:5] for sample in samples], axis=0)
     pressing = stops(q) * residual  # the motor presses towards the stop

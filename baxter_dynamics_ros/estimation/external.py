@@ -13,7 +13,7 @@ import numpy as np
 
 from .contact import ContactDetector
 from .continuity import GAP
-from .motion_estimator import Motion
+from .motion_estimator import MotionUpdate
 from .settings import ArmModel, ContactSettings, PredictorSettings
 from ..model.arrays import Array, Bools
 from ..model.effort import Presliding
@@ -100,7 +100,7 @@ class ExternalEffort:
             self._observer.rebase(momentum - old_momentum, old_rate - rate)
             self.detector.rebase(old_rate - rate)
 
-    def update(self, dt: float, motion: Motion) -> 'External | None':
+    def update(self, dt: float, motion: MotionUpdate) -> 'External | None':
         """
         Process the next sample, dt [s] after the last one; dt is zero for the first.
 

@@ -30,7 +30,7 @@ class Estimate(NamedTuple):
     presliding: Array  # Dahl's state [-]
 
 
-class Motion(NamedTuple):
+class MotionUpdate(NamedTuple):
     """State at the instant of the newest velocity, and estimate at that of the acceleration."""
 
     stamp_ns: int  # instant of the velocity [ns]
@@ -77,7 +77,7 @@ class MotionEstimator:
         self.dahl.reset()
 
     def update(self, stamp_ns: int, dt: float, q: Array, qd: Array | None,
-               effort: Array | None) -> Motion:
+               effort: Array | None) -> MotionUpdate:
         """
         Process position q [rad], velocity qd [rad/s] and effort [N m], (7,) each, of a stamp [ns].
 
@@ -96,8 +96,9 @@ class MotionEstimator:
         if t < lag:
             then = None, None
         settled = dt > 0.0 and self._velocity.runs_for(t, self.settling_time)
-        return Motion(stamp_ns - round(lag * 1e9), t - lag, then[0], qd, then[1],
-                      self._estimate(stamp_ns, t, lag, (q, qd, effort)) if settled else None)
+        return MotionUpdate(stamp_ns - round(lag * 1e9), t - lag, then[0], qd, then[1],
+                            self._estimate(stamp_ns, t, lag, (q, qd, effort)) if settled
+                            else None)
 
     def _estimate(self, stamp_ns: int, t: float, lag: float,
                   newest: tuple[Array, Array, Array | None]) -> Estimate | None:

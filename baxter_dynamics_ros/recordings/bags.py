@@ -14,8 +14,8 @@ from rosbags.typesys import Stores
 import zstandard
 
 from .bag_files import Channel, JOINT_STATE, open_bag, reading, type_store
-from .recording import (BagError, choose_arm, JointState, listed, read_arrays, Recording, sides_of,
-                        USUAL_TOPIC)
+from .recording import (BagError, choose_arm, listed, read_arrays, RecordedState, Recording,
+                        sides_of, USUAL_TOPIC)
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
@@ -75,7 +75,7 @@ class BagRecording(Recording):
         """Close the bag."""
         self._close()
 
-    def __iter__(self) -> Iterator[JointState]:
+    def __iter__(self) -> Iterator[RecordedState]:
         """Yield each joint state of the topic."""
         return self._play(self.topic)
 
@@ -110,7 +110,7 @@ class BagRecording(Recording):
                 break
         return names
 
-    def _play(self, topic: str) -> Iterator[JointState]:
+    def _play(self, topic: str) -> Iterator[RecordedState]:
         missing = self._count(topic)
         for path, file in self._files.items():
             with reading(path):
@@ -122,7 +122,7 @@ class BagRecording(Recording):
             raise BagError(f'{self.path}: {missing} messages on {topic} are missing: the bag is '
                            'damaged')
 
-    def _state(self, channel: Channel, received_ns: int, raw: bytes) -> JointState:
+    def _state(self, channel: Channel, received_ns: int, raw: bytes) -> RecordedState:
         try:
             message = _decode(channel.encoding, zstandard.decompress(raw)
                               if self._is_compressed else raw)
@@ -130,8 +130,8 @@ class BagRecording(Recording):
             raise BagError(f'{self.path}: {channel.topic}: the message received at {received_ns} '
                            f'ns is not a joint state ({error})') from None
         stamp = message.header.stamp
-        return JointState(stamp.sec * 10**9 + stamp.nanosec, message.name, message.position,
-                          message.velocity, message.effort, received_ns)
+        return RecordedState(stamp.sec * 10**9 + stamp.nanosec, message.name, message.position,
+                             message.velocity, message.effort, received_ns)
 
 
 def _decode(encoding: str, raw: bytes) -> Any:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from .recording import JointState
+from .recording import RecordedState
 from ..estimation.continuity import GAP
 from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
@@ -100,7 +100,7 @@ class Contact(NamedTuple):
                 + (f' of {self.recording}' if self.recording else ''))
 
 
-def play(messages: Iterable[JointState], predictor: Predictor) -> Iterator[Samples]:
+def play(messages: Iterable[RecordedState], predictor: Predictor) -> Iterator[Samples]:
     """Pass joint states to a predictor; yield its estimates in blocks, the last one not full."""
     rows: list[Any] = []  # time [ns], estimate, newest and previous state
     previous: Any = None

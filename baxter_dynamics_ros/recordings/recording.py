@@ -24,7 +24,7 @@ class BagError(BaxterDynamicsError):
     """A recording cannot be read or written; the message begins with its path."""
 
 
-class JointState(NamedTuple):
+class RecordedState(NamedTuple):
     """A joint state as recorded."""
 
     stamp_ns: int  # of the header [ns]
@@ -50,7 +50,7 @@ class Recording:
     def __exit__(self, kind: object, error: object, trace: object) -> None:
         """Do nothing."""
 
-    def __iter__(self) -> Iterator[JointState]:
+    def __iter__(self) -> Iterator[RecordedState]:
         """Yield each joint state, any number of times."""
         raise NotImplementedError
 
@@ -71,12 +71,12 @@ class ArrayRecording(Recording):
         """Count the joint states."""
         self.count = len(self.stamps_ns)
 
-    def __iter__(self) -> Iterator[JointState]:
+    def __iter__(self) -> Iterator[RecordedState]:
         """Yield each joint state."""
         received = self.stamps_ns if self.received_ns is None else self.received_ns
         for stamp_ns, received_ns, position, velocity, effort in zip(
                 self.stamps_ns.tolist(), received.tolist(), *self.arrays):
-            yield JointState(stamp_ns, self.joints, position, velocity, effort, received_ns)
+            yield RecordedState(stamp_ns, self.joints, position, velocity, effort, received_ns)
 
 
 def choose_arm(where: str, names: set[str], arm: 'str | None') -> str:

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
 
-from baxter_dynamics_ros.cli.monitor import Predictor  # noqa: E402, I100
+from baxter_dynamics_ros.cli.monitor import MonitoredPredictor  # noqa: E402, I100
 from baxter_dynamics_ros.cli.watch_view import bar, line, view  # noqa: E402
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402
@@ -23,7 +23,7 @@ DEVIATION = np.array([0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.3])  # [N m]
 DELAY = 59_000_000  # [ns]
 
 
-class Played(Predictor):
+class Played(MonitoredPredictor):
     """A predictor whose messages are made here."""
 
     def effort(self, topic, values, stamp, now, order=JOINTS):
