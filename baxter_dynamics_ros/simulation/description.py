@@ -29,7 +29,7 @@ class Description:
     """
 
     def __init__(self, side: str, path: str | Path | None = None) -> None:
-        path = path or find_description()
+        self.path = path = path or find_description()
         try:
             self.root = ET.parse(path).getroot()
         except (OSError, ET.ParseError) as error:
@@ -97,7 +97,7 @@ def arm_description(side: str, path: str | Path | None = None,
     links = [robot.parent[joints[0]], *(robot.child[joint] for joint in joints)]
     hand = next((link for link in links if link.get('name') in hand_names(side)), None)
     if hand is None:
-        raise DescriptionError(f'no link {hand_names(side)[0]} in the robot description')
+        raise DescriptionError(f'{robot.path}: no link {hand_names(side)[0]}')
     robot.root[:] = [element for element in robot.root if element in {*joints, *links}]
     for link in links:
         for shape in link.findall('visual') + link.findall('collision'):

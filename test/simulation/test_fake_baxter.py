@@ -151,7 +151,7 @@ def test_a_recording_has_the_robots_stamps_and_repeats_by_its_seed():
     (('<robot', 'robot'), 'wrong.urdf: cannot be read as URDF'),
     (('"right_s0"', '"s0"'), "wrong.urdf: no joint right_s0; is it a Baxter's URDF"),
     (('<child link="right_wrist"', '<child'), 'wrong.urdf: joint right_w2 has no child link'),
-    (('right_hand', 'right_tool'), 'no link right_hand')])
+    (('right_hand', 'right_tool'), 'wrong.urdf: no link right_hand')])
 def test_refuses_a_file_that_is_no_description_of_a_baxter(tmp_path, change, problem):
     wrong = tmp_path / 'wrong.urdf'
     wrong.write_text(find_description().read_text().replace(*change))
