@@ -65,6 +65,14 @@ def test_every_rule_is_needed_and_every_part_has_one(imports):
     assert allowed - done <= {('__init__', 'model', False)}
 
 
+def test_modules_and_classes_have_names_of_their_own():
+    modules = [path.stem for path in FILES if path.stem != '__init__']
+    classes = [node.name for path in FILES for node in ast.walk(ast.parse(
+        (PACKAGE / path).read_text(encoding='utf-8'))) if isinstance(node, ast.ClassDef)]
+    for names in (modules, classes):
+        assert {name for name in names if names.count(name) > 1} == set()
+
+
 def test_imports_follow_the_rules(imports):
     for file, module, late in imports:
         part, top = _part(file), module[0]

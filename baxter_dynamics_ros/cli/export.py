@@ -15,7 +15,7 @@ from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
 from ..export import latex, sources, urdf
-from ..export.parameters import base_table
+from ..export.parameter_table import base_table
 from ..export.sources import MARK
 from ..files import write_files
 from ..model.exceptions import BaxterDynamicsError

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from .parameters import parameters
+from .parameter_table import parameters
 from .sources import bodies, head, names
 from ..model.arm import BaxterArm
 from ..model.joints import JOINTS, N_JOINTS

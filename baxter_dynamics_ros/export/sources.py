@@ -11,7 +11,7 @@ from textwrap import fill, wrap
 
 import numpy as np
 
-from .parameters import FRAMES, parameters
+from .parameter_table import FRAMES, parameters
 from ..model import _closed_form
 from ..model._closed_form import FUNCTIONS, PARAMETERS
 from ..model.arm import BaxterArm

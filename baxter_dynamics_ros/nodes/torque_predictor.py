@@ -13,7 +13,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from . import topics
-from .calibrate import CalibrateAction
+from .calibrate_action import CalibrateAction
 from .diagnostic_updater import DiagnosticUpdater
 from .diagnostics import PredictorDiagnostics
 from .messages import from_field, joint_state, set_stamp, set_vector, stamp_ns, to_field

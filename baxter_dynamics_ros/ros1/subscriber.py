@@ -12,7 +12,8 @@ from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
 from .source import Source
-from .wire import call, endpoint, JointState, Malformed, Master, parse, resolve, Ros1Error, Stream
+from .wire import (call, endpoint, JointState, Malformed, Master, MessageStream, parse, resolve,
+                   Ros1Error)
 
 PERIOD = 1.0  # longest time between polls of the master [s]
 REST = 0.1  # shortest time between them, however often this node is called [s]
@@ -30,7 +31,7 @@ class Connection:
     topic: str
     uri: str
     publisher: str = ''  # name; empty before the first connection
-    stream: Stream | None = None  # None while not connected
+    stream: MessageStream | None = None  # None while not connected
     since: float = 0.0  # monotonic time of the latest connection [s]
     pause: float = FIRST_PAUSE  # before reconnecting [s]
     problem: Ros1Error | None = None  # why it is not connected
@@ -229,7 +230,7 @@ class Subscriber:
         match call(self._address(host), port, 'publisher', list, 'requestTopic', self.name, topic,
                    [['TCPROS']]):
             case ['TCPROS', str(host), int(port)]:
-                stream = Stream(self._address(host), port)
+                stream = MessageStream(self._address(host), port)
             case _:
                 raise Ros1Error('publisher', f'{connection.uri} does not offer TCPROS',
                                 'is it a ROS 1 node? Only TCPROS is supported')

@@ -134,7 +134,7 @@ def _exchange(address: str, port: int, request: bytes) -> Any:
     return xmlrpc.client.loads(data)[0][0]
 
 
-class Stream:
+class MessageStream:
     """TCPROS stream of one publisher's messages."""
 
     def __init__(self, address: str, port: int) -> None:

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 from baxter_dynamics_ros import __version__, BaxterArm, mount, Payload
-from baxter_dynamics_ros.export.parameters import base_table
+from baxter_dynamics_ros.export.parameter_table import base_table
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 import numpy as np
 import pytest

@@ -10,7 +10,7 @@ import sys
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.export import latex, sources
-from baxter_dynamics_ros.export.parameters import base_table, composition, parameters
+from baxter_dynamics_ros.export.parameter_table import base_table, composition, parameters
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 from baxter_dynamics_ros.model.base_parameters import base_parameters, TILTED_NAMES
 import numpy as np

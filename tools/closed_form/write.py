@@ -7,7 +7,7 @@ from pathlib import Path
 from string import Template
 from textwrap import fill, indent, wrap
 
-from baxter_dynamics_ros.export.parameters import meaning
+from baxter_dynamics_ros.export.parameter_table import meaning
 from baxter_dynamics_ros.export.sources import LABELS
 
 from .derivation import program_of
