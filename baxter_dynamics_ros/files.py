@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 import tempfile
 
-from .model.exceptions import BaxterDynamicsError
+from .model import BaxterDynamicsError
 
 
 @contextmanager

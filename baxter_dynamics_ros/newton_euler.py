@@ -8,10 +8,7 @@ The paper compares its closed form with this method. It shares no dynamics code 
 import numpy as np
 import pinocchio as pin
 
-from .model.arm import BaxterArm
-from .model.arrays import Array
-from .model.joints import JOINTS, N_JOINTS
-from .model.parameters import ArmParameters, Payload
+from .model import ArmParameters, Array, BaxterArm, JOINTS, N_JOINTS, Payload
 
 
 def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,

@@ -13,10 +13,7 @@ from .joint_terms import Term
 from .least_squares import Problem
 from .terms import all_terms, OPTIONAL, REACH
 from ..estimation.settings import BaseSettings, PredictorSettings
-from ..model.arrays import Array
-from ..model.effort import EffortModel
-from ..model.exceptions import ArgumentError
-from ..model.joints import JOINTS, S1
+from ..model import ArgumentError, Array, EffortModel, JOINTS, S1
 from ..recordings.data_check import Notice
 from ..recordings.playback import Contact, contact_rows, find_contacts, Lag, MOST_CONTACT
 from ..recordings.recording import Recording

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Bools
-from ..model.joints import JOINTS
+from ..model import Array, Bools, JOINTS
 from ..recordings.data_check import Notice
 from ..recordings.playback import Contact, Lag
 

@@ -12,9 +12,7 @@ from .least_squares import (information, Problem, Selector, SHORTEST, solve, squ
                             unidentifiable)
 from .terms import Links, Tilt, Tool
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Bools
-from ..model.effort import BAND
-from ..model.joints import N_JOINTS
+from ..model import Array, BAND, Bools, N_JOINTS
 from ..recordings.data_check import Notice
 
 _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link

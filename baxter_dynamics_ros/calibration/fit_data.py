@@ -11,10 +11,7 @@ import numpy as np
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor
 from ..estimation.settings import EffortModelSettings, PredictorSettings
-from ..model.arrays import Array, Bools
-from ..model.effort import Presliding
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import N_JOINTS
+from ..model import Array, BaxterDynamicsError, Bools, N_JOINTS, Presliding
 from ..recordings.data_check import DataCheck, event_notices, names_of, Notice, RunningCheck
 from ..recordings.playback import joined, play, Samples, segments
 from ..recordings.recording import Recording

@@ -11,10 +11,8 @@ import numpy as np
 from .calibration_results import Fitted
 from .fit_data import Motion
 from ..estimation.settings import PredictorSettings, SETTINGS
-from ..model.arm import BaxterArm, with_gravity
-from ..model.arrays import Array, Bools
-from ..model.effort import EffortModel
-from ..model.joints import JOINTS, N_JOINTS, S1
+from ..model import Array, BaxterArm, Bools, EffortModel, JOINTS, N_JOINTS, S1
+from ..model.arm import with_gravity
 
 # Minimum relative improvement of the cross-validated RMS for which a term is kept: of the joint
 # for a term of one joint, of the mean for a shared term. Terms without a physical basis need more,

@@ -12,8 +12,7 @@ from .calibration_results import Selection
 from .fit_data import Motion, turning
 from .joint_terms import Sample, Term
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Bools, Indices
-from ..model.joints import JOINTS, N_JOINTS
+from ..model import Array, Bools, Indices, JOINTS, N_JOINTS
 from ..recordings.data_check import Notice
 
 SHORTEST = 1.0  # minimum correlation time, because model errors recur with the motion [s]

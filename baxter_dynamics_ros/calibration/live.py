@@ -16,9 +16,7 @@ import numpy as np
 
 from ..estimation.settings import PredictorSettings
 from ..files import write_file
-from ..model.arrays import Array
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS, N_JOINTS
+from ..model import Array, BaxterDynamicsError, JOINTS, N_JOINTS
 from ..recordings.recording import ArrayRecording
 
 COMMAND = (sys.executable, '-m', 'baxter_dynamics_ros.calibration.live')

@@ -7,11 +7,8 @@ import numpy as np
 from .joint_terms import (Crosstalk, OFFSET, PerJoint, Sample, Spring, Term, WORTH_OF_ALL,
                           WORTH_OF_ODD)
 from ..estimation.settings import PredictorSettings
-from ..model.arm import BaxterArm
-from ..model.arrays import Array
+from ..model import Array, BaxterArm, EffortModel, N_JOINTS, S1
 from ..model.base_parameters import fixed_to_link
-from ..model.effort import EffortModel
-from ..model.joints import N_JOINTS, S1
 from ..model.parameters import from_pseudo_inertia, inertia_elements
 
 TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness', 'tilt',

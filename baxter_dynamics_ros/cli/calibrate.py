@@ -13,8 +13,7 @@ from .terminal import progress, say, show_table
 from .. import __version__
 from ..calibration.calibration_results import Calibration
 from ..calibration.terms import OPTIONAL, TERMS
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import joint_names, JOINTS
+from ..model import BaxterDynamicsError, joint_names, JOINTS
 
 _RATE = 100.0  # of the recording of --plan [Hz]
 _REST = 1.0  # [s] recorded after the end of the trajectory, until the arm is at rest

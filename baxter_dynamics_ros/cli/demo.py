@@ -19,9 +19,7 @@ from .terminal import complain, progress, say, show_table
 from ..estimation.settings import PredictorSettings
 from ..estimation.stream import JointSelector
 from ..files import write_file
-from ..model.arrays import Array, Indices
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS
+from ..model import Array, BaxterDynamicsError, Indices, JOINTS
 
 if TYPE_CHECKING:
     from .listener import Listener, Received

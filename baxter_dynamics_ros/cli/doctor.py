@@ -18,8 +18,7 @@ import numpy as np
 from .options import add
 from .terminal import say
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array
-from ..model.joints import joint_names, JOINTS, S1, SIDES
+from ..model import Array, joint_names, JOINTS, S1, SIDES
 from ..ros1.subscriber import Subscriber
 from ..ros1.wire import JointState, Master, resolve, Ros1Error, TYPE
 

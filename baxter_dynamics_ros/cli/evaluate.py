@@ -13,8 +13,7 @@ import shlex
 
 from .options import add_recordings, NODE, output_path, read_inputs
 from .terminal import progress, say, show_table
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS
+from ..model import BaxterDynamicsError, JOINTS
 from ..recordings.advice import assess, Assessment
 from ..recordings.evaluation_results import Evaluation, Statistics
 

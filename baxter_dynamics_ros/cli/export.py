@@ -18,7 +18,7 @@ from ..export import latex, sources, urdf
 from ..export.parameter_table import base_table
 from ..export.sources import MARK
 from ..files import write_files
-from ..model.exceptions import BaxterDynamicsError
+from ..model import BaxterDynamicsError
 
 _LANGUAGES = {'c': sources.c_files, 'python': sources.python_files, 'matlab': sources.matlab_files,
               'latex': latex.files}

@@ -13,8 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
-from ..model.arrays import Array
-from ..model.exceptions import BaxterDynamicsError
+from ..model import Array, BaxterDynamicsError
 from ..nodes import topics
 from ..nodes.messages import from_field, stamp_ns
 from ..nodes.rclpy_internals import take_waiting

@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from .terminal import complain, printable
 from .. import __version__
-from ..model.exceptions import BaxterDynamicsError
+from ..model import BaxterDynamicsError
 
 # Verb -> the extra of setup.py that it needs. A verb is a module of this folder with its
 # description as docstring, add_arguments(parser) and main(args). It imports what the extra

@@ -14,9 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
 from .listener import Listener
-from ..model.arrays import Array
-from ..model.effort import BAND
-from ..model.joints import JOINTS, SIDES
+from ..model import Array, BAND, JOINTS, SIDES
 from ..nodes import topics
 from ..nodes.messages import stamp_ns
 

@@ -10,8 +10,7 @@ from typing import Any, TYPE_CHECKING
 
 from .terminal import say
 from ..estimation.settings import PredictorSettings
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import SIDES
+from ..model import BaxterDynamicsError, SIDES
 
 if TYPE_CHECKING:
     from ..recordings.recording import Recording

@@ -18,7 +18,7 @@ from .listener import Listener
 from .monitor import Monitor, MonitoredPredictor
 from .panel_views import Charts, force_of, Scene
 from .terminal import say
-from ..model.joints import JOINTS
+from ..model import JOINTS
 from ..nodes import topics
 
 try:

@@ -16,9 +16,7 @@ from viser import uplot
 from viser.transforms import SO3
 import yourdfpy  # type: ignore[import-untyped]
 
-from ..model.arm import BaxterArm
-from ..model.arrays import Array
-from ..model.joints import joint_names, JOINTS, mount, SIDES
+from ..model import Array, BaxterArm, joint_names, JOINTS, mount, SIDES
 from ..model.lagrange_euler import link_transform
 
 Color = tuple[int, int, int]

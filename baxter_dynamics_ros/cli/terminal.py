@@ -10,7 +10,7 @@ import signal
 import sys
 from typing import Any, TYPE_CHECKING
 
-from ..model.exceptions import BaxterDynamicsError
+from ..model import BaxterDynamicsError
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType

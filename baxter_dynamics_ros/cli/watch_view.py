@@ -22,8 +22,7 @@ from rich.text import Text
 from .monitor import effort_by_joint, Monitor, MonitoredPredictor
 from .terminal import plain_console, printable, say, show, table
 from ..files import write_file
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS
+from ..model import BaxterDynamicsError, JOINTS
 from ..nodes import topics
 
 _WAIT = 10.0  # [s] that --once waits by default

@@ -12,8 +12,7 @@ must exceed the error of an uncalibrated model, or the contact is attributed to 
 import numpy as np
 
 from .settings import ContactSettings
-from ..model.arrays import Array, Bools, Indices
-from ..model.joints import N_JOINTS
+from ..model import Array, Bools, Indices, N_JOINTS
 
 # The robot averages its velocity over 6 ms, so samples closer than this are not independent.
 _SPAN = 0.008  # [s]

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .events import DROPPED, Event
-from ..model.arrays import Array, Bools
-from ..model.joints import JOINTS, N_JOINTS, VELOCITY_LIMIT
+from ..model import Array, Bools, JOINTS, N_JOINTS, VELOCITY_LIMIT
 
 GAP = 0.25  # longest time between two stamps before the filters restart [s]
 CLOCK_JUMP = 0.5  # step between stamps that indicates another clock [s]

@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .predictor import Prediction
-from ..model.arm import BaxterArm, with_gravity
-from ..model.arrays import Array
+from ..model import Array, BaxterArm, EffortModel, JOINTS, N_JOINTS
+from ..model.arm import with_gravity
 from ..model.base_parameters import fixed_to_link
-from ..model.effort import EffortModel
-from ..model.joints import JOINTS, N_JOINTS, stops
+from ..model.joints import stops
 from ..model.paper_tables import GRAVITY
 
 WINDOW = 10.0  # duration of the residuals explained together [s]

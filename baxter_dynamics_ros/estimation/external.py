@@ -15,9 +15,7 @@ from .contact import ContactDetector
 from .continuity import GAP
 from .motion_estimator import MotionUpdate
 from .settings import ArmModel, ContactSettings, PredictorSettings
-from ..model.arrays import Array, Bools
-from ..model.effort import Presliding
-from ..model.joints import N_JOINTS
+from ..model import Array, Bools, N_JOINTS, Presliding
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]

@@ -9,8 +9,7 @@ import numpy as np
 
 from .continuity import SHORTEST_PERIOD
 from .settings import MATCHED, PredictorSettings
-from ..model.arrays import Array
-from ..model.effort import Presliding
+from ..model import Array, Presliding
 
 _DAMPING = 1 / sqrt(2)  # of a second-order Butterworth filter
 _RETENTION = 0.7  # longer than the largest configurable delay [s]

@@ -10,7 +10,7 @@ from .external import External, ExternalEffort
 from .motion_estimator import Estimate, MotionEstimator
 from .settings import PredictorSettings
 from .stream import State, Stream
-from ..model.arrays import Array
+from ..model import Array
 
 
 class Prediction(NamedTuple):

@@ -12,13 +12,10 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from .retiming import MODES
-from ..model import paper_tables
-from ..model.arm import BaxterArm
-from ..model.arrays import Array
-from ..model.effort import EffortModel
-from ..model.exceptions import ArgumentError
-from ..model.joints import BASE_FRAME, gravity_in_base, mount, SIDES
-from ..model.parameters import LinkSettings, Payload
+from ..model import (ArgumentError, Array, BASE_FRAME, BaxterArm, EffortModel, mount, paper_tables,
+                     Payload, SIDES)
+from ..model.joints import gravity_in_base
+from ..model.parameters import LinkSettings
 from ..model.setting import Floats, Group, setting
 
 METHODS = ('lagrange_euler', 'newton_euler')

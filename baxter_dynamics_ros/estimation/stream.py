@@ -10,8 +10,7 @@ import numpy as np
 from .continuity import Continuity, UNKNOWN_PERIOD, VelocityCheck
 from .events import DROPPED, Event
 from .retiming import Retiming, SHORT_STEP
-from ..model.arrays import Array, Indices
-from ..model.joints import joint_names, N_JOINTS
+from ..model import Array, Indices, joint_names, N_JOINTS
 
 # Largest plausible values; a Baxter's limits are 3.1 rad, 4 rad/s and 50 N m.
 PLAUSIBLE_POSITION = 2 * np.pi  # [rad]

@@ -7,8 +7,7 @@ import numpy as np
 
 from .parameter_table import parameters
 from .sources import bodies, head, names
-from ..model.arm import BaxterArm
-from ..model.joints import JOINTS, N_JOINTS
+from ..model import BaxterArm, JOINTS, N_JOINTS
 
 _TEMPLATE = Path(__file__).with_name('article.tex')
 _ESCAPES = str.maketrans({

@@ -4,10 +4,9 @@ import re
 from textwrap import fill
 from typing import NamedTuple
 
+from ..model import BaxterArm, JOINTS
 from ..model._closed_form import PARAMETERS
-from ..model.arm import BaxterArm
 from ..model.base_parameters import TILTED_NAMES
-from ..model.joints import JOINTS
 
 FRAMES = (
     "Body frame k has the axis of joint k as its z axis and the origin of the paper's (Denavit-"

@@ -12,10 +12,8 @@ from textwrap import fill, wrap
 import numpy as np
 
 from .parameter_table import FRAMES, parameters
-from ..model import _closed_form
+from ..model import _closed_form, BaxterArm, JOINTS
 from ..model._closed_form import FUNCTIONS, PARAMETERS
-from ..model.arm import BaxterArm
-from ..model.joints import JOINTS
 
 _PATH = Path(_closed_form.__file__)
 # Begins the head of every exported file.

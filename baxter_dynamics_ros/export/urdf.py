@@ -6,10 +6,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from .sources import head
-from ..model.arm import BaxterArm
-from ..model.arrays import Array
-from ..model.effort import EffortModel
-from ..model.joints import N_JOINTS
+from ..model import Array, BaxterArm, EffortModel, N_JOINTS
 from ..model.lagrange_euler import transform
 from ..model.parameters import from_pseudo_inertia
 from ..simulation.description import add_inertia, Description, DescriptionError, numbers

@@ -23,8 +23,7 @@ from ..estimation.continuity import GAP
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor, Step
 from ..estimation.settings import PredictorSettings
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import N_JOINTS
+from ..model import BaxterDynamicsError, N_JOINTS
 
 SHORTEST, LONGEST = 10.0, 600.0  # recording time [s]
 _CHECK_PERIOD = 0.2  # [s]

@@ -14,8 +14,7 @@ from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
-from ..model.arrays import Bools
-from ..model.joints import JOINTS
+from ..model import Bools, JOINTS
 
 LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
 _LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]

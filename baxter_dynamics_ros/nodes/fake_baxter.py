@@ -15,11 +15,7 @@ from .ros_parameters import ParameterNode
 from ..estimation.events import Event
 from ..estimation.settings import SETTINGS
 from ..estimation.stream import JointSelector
-from ..model.arrays import Array
-from ..model.exceptions import ArgumentError, BaxterDynamicsError
-from ..model.joints import N_JOINTS, SIDES
-from ..model.parameters import Payload
-from ..model.setting import Setting
+from ..model import ArgumentError, Array, BaxterDynamicsError, N_JOINTS, Payload, Setting, SIDES
 
 _LOG_PERIOD = 1.0  # minimum time between log lines about rejected commands [s]
 _MAX_BEHIND = 0.5  # delay beyond which the simulation skips time instead of catching up [s]

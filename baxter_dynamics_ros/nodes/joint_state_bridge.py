@@ -15,8 +15,7 @@ from .diagnostic_updater import DiagnosticUpdater, ERROR, first_case, OK, WARN
 from .messages import set_stamp
 from .process import run
 from .ros_parameters import ParameterNode
-from ..model.exceptions import ArgumentError
-from ..model.setting import Setting
+from ..model import ArgumentError, Setting
 from ..ros1 import wire
 from ..ros1.source import Source
 from ..ros1.subscriber import Subscriber

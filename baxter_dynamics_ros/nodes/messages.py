@@ -8,7 +8,7 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from ..model.arrays import Array
+from ..model import Array
 
 _NOTHING = np.zeros(0)
 _NANOSECONDS = 1_000_000_000

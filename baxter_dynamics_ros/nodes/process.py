@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.signals import uninstall_signal_handlers
 from rclpy.utilities import remove_ros_args
 
-from ..model.exceptions import BaxterDynamicsError
+from ..model import BaxterDynamicsError
 
 _WAKE_PERIOD = 0.5  # maximum time until the executor notices a shutdown of the context [s]
 _LOG_PERIOD = 1.0  # minimum time between log lines about failing callbacks [s]

@@ -12,8 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from .rclpy_internals import given_parameters
-from ..model.exceptions import ArgumentError, BaxterDynamicsError
-from ..model.setting import Setting
+from ..model import ArgumentError, BaxterDynamicsError, Setting
 
 # A change builds a model, which delays joint states by milliseconds.
 _AT_ONCE, _PER_SECOND = 100, 20

@@ -11,9 +11,7 @@ from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor
 from ..estimation.stream import PLAUSIBLE_POSITION, PLAUSIBLE_VELOCITY
-from ..model.arrays import Array, finite, Indices
-from ..model.exceptions import ArgumentError
-from ..model.joints import N_JOINTS
+from ..model import ArgumentError, Array, finite, Indices, N_JOINTS
 
 # Fields of a request and their largest plausible values [rad, rad/s, rad/s^2].
 _PLAUSIBLE = {'state.position': PLAUSIBLE_POSITION, 'state.velocity': PLAUSIBLE_VELOCITY,

@@ -9,8 +9,7 @@ import numpy as np
 from ..estimation.events import Event
 from ..estimation.external import HandWrench
 from ..estimation.predictor import Step
-from ..model.arrays import Array
-from ..model.joints import N_JOINTS
+from ..model import Array, N_JOINTS
 
 MAX_AGE = 1.0  # age from which a measured state is out of date [s]
 

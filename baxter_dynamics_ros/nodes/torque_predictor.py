@@ -27,7 +27,7 @@ from ..estimation.explanation import PayloadEstimate, ResidualExplainer
 from ..estimation.external import External, hand_wrench
 from ..estimation.predictor import Prediction, Predictor, Step
 from ..estimation.settings import PredictorSettings, SETTINGS
-from ..model.arrays import Array
+from ..model import Array
 
 _BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
 _TYPES = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,

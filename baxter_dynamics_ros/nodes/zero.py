@@ -16,8 +16,7 @@ from .ros_parameters import ParameterNode
 from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.external import External
 from ..estimation.predictor import Prediction, Predictor, Step
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import JOINTS, N_JOINTS
+from ..model import BaxterDynamicsError, JOINTS, N_JOINTS
 
 DURATION = 3.0  # of the residuals, on the clock of the stamps [s]
 _PATIENCE = 15.0  # maximum time until there are enough of them [s]

@@ -19,8 +19,7 @@ from .recording import (BagError, choose_arm, listed, read_arrays, RecordedState
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
-from ..model.arrays import ArrayLike
-from ..model.joints import BASE_FRAME, joint_names
+from ..model import ArrayLike, BASE_FRAME, joint_names
 
 _PEEK = 1000  # messages read to find the arms on a topic; more until there is one
 _PADDING = (0, 4, 8)  # bytes that some writers append to a message

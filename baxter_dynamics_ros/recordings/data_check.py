@@ -10,9 +10,7 @@ import numpy as np
 from .playback import Lag, lag_and_scale, Samples, TRAVEL, velocity_sums
 from ..estimation.events import Event
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array, Bools
-from ..model.effort import EffortModel
-from ..model.joints import JOINTS, N_JOINTS, S1
+from ..model import Array, Bools, EffortModel, JOINTS, N_JOINTS, S1
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 

@@ -16,7 +16,7 @@ from ..estimation.events import Event
 from ..estimation.explanation import Explained, ResidualExplainer, WINDOW
 from ..estimation.predictor import Prediction, Predictor
 from ..estimation.settings import PredictorSettings
-from ..model.arrays import Array
+from ..model import Array
 from ..newton_euler import NewtonEuler
 
 # The robot's stamps deviate from a grid by 0.4 % of its period, times of arrival by over 20 %.

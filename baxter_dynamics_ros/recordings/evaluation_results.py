@@ -10,9 +10,7 @@ import numpy as np
 from .data_check import DataCheck, Notice
 from .playback import Contact
 from ..estimation.explanation import Explained
-from ..model.arrays import Array
-from ..model.effort import BAND
-from ..model.joints import N_JOINTS
+from ..model import Array, BAND, N_JOINTS
 
 METHODS = ('lagrange_euler', 'newton_euler')
 # Of the acceleration: the paper's, the node's with align false, the node's.

@@ -16,8 +16,8 @@ import yaml
 from .recording import listed
 from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
-from ..model.exceptions import ArgumentError, BaxterDynamicsError
-from ..model.setting import Setting, TYPE_WORDS
+from ..model import ArgumentError, BaxterDynamicsError, Setting
+from ..model.setting import TYPE_WORDS
 
 NODE = '/torque_predictor'
 _LARGEST = 1 << 17  # [bytes]; a file with every setting has 3,000

@@ -18,8 +18,8 @@ from ..estimation.continuity import GAP
 from ..estimation.motion_estimator import Estimate
 from ..estimation.predictor import Predictor
 from ..estimation.settings import ContactSettings
-from ..model.arrays import Array, Bools
-from ..model.joints import JOINTS, N_JOINTS, stops
+from ..model import Array, Bools, JOINTS, N_JOINTS
+from ..model.joints import stops
 
 BLOCK = 4096  # estimates in a batch
 MOST_CONTACT = 0.2  # share of a recording above which a large residual is an error of the model

@@ -8,9 +8,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..model.arrays import Array
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import joint_names, JOINTS, SIDES
+from ..model import Array, BaxterDynamicsError, joint_names, JOINTS, SIDES
 
 USUAL_TOPIC = '/robot/joint_states'
 

@@ -9,9 +9,7 @@ from .drawing import (FAINT, frame, legend, MEASURED as BEFORE, MODEL as AFTER, 
                       SHADE, svg, zero_line)
 from .page import change, Column, decimals, joint_columns, number, Table
 from ..calibration.calibration_results import Calibration, Fitted
-from ..model.arrays import Array
-from ..model.effort import EffortModel
-from ..model.joints import JOINTS, N_JOINTS, S1
+from ..model import Array, EffortModel, JOINTS, N_JOINTS, S1
 
 MEANINGS = {
     'bias': 'constant offset of the measured effort',

@@ -13,7 +13,7 @@ from .page import change, findings, listed, number, plus_minus, render, torque
 from ..calibration.calibrate_robot import sweep
 from ..calibration.calibration_results import Calibration
 from ..files import write_file
-from ..model.joints import JOINTS
+from ..model import JOINTS
 from ..recordings.data_check import USUAL_LAG
 
 _SAME = 0.005  # relative difference below which residuals are equal

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 import matplotlib.style
 import numpy as np
 
-from ..model.arrays import Array
-from ..model.effort import BAND
+from ..model import Array, BAND
 from ..recordings.evaluation_results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone

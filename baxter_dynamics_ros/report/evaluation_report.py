@@ -17,8 +17,7 @@ from .page import (Column, compared, findings, joint_columns, listed, render, Ta
                    torque)
 from .. import __version__
 from ..files import write_files
-from ..model.effort import BAND
-from ..model.joints import JOINTS, N_JOINTS
+from ..model import BAND, JOINTS, N_JOINTS
 from ..model.paper_tables import TABLE_V, TABLE_V_SUM
 from ..recordings.advice import Assessment
 from ..recordings.data_check import DataCheck

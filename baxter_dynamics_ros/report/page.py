@@ -11,8 +11,7 @@ import numpy as np
 
 from .drawing import Picture
 from .. import __version__
-from ..model.arrays import Array
-from ..model.joints import JOINTS
+from ..model import Array, JOINTS
 
 
 def number(value: float, digits: int = 3) -> str:

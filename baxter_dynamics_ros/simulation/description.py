@@ -6,10 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from ..model.arrays import Array, ArrayLike
-from ..model.exceptions import BaxterDynamicsError
-from ..model.joints import joint_names
-from ..model.parameters import Payload
+from ..model import Array, ArrayLike, BaxterDynamicsError, joint_names, Payload
 
 _IN_WHEEL = Path('cmeel.prefix', 'share', 'hpp-baxter', 'urdf', 'baxter.urdf')
 _ELEMENTS = {'ixx': (0, 0), 'ixy': (0, 1), 'ixz': (0, 2), 'iyy': (1, 1), 'iyz': (1, 2),

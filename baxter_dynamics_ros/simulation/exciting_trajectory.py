@@ -9,8 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from .trajectories import minimum_jerk, mirror
 from ..files import write_file
-from ..model.arrays import Array, ArrayLike
-from ..model.joints import joint_names, SIDES
+from ..model import Array, ArrayLike, joint_names, SIDES
 
 DURATION = 60.0  # [s]
 _EASE = 4.0  # duration of the fade-in and of the fade-out [s]

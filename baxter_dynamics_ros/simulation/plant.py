@@ -9,12 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .description import arm_description, hand_names
-from ..model.arrays import Array, finite
-from ..model.effort import EffortModel, Presliding
-from ..model.exceptions import ArgumentError
-from ..model.joints import joint_names, N_JOINTS
+from ..model import (ArgumentError, Array, EffortModel, finite, joint_names, N_JOINTS, Payload,
+                     Presliding)
 from ..model.paper_tables import GRAVITY
-from ..model.parameters import Payload
 
 TIMESTEP = 0.001  # of the simulation and of the encoder's readings [s]
 

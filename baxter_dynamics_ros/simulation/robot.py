@@ -9,11 +9,8 @@ from numpy.typing import ArrayLike
 from . import exciting_trajectory
 from .plant import Plant, Sensors, TIMESTEP, TORQUE_LIMIT
 from .trajectories import HandTrajectory, JointTrajectory, mirror, poses
-from ..model.arrays import Array, finite
-from ..model.effort import EffortModel
-from ..model.exceptions import ArgumentError
-from ..model.joints import joint_names, JOINTS, N_JOINTS, SIDES, VELOCITY_LIMIT
-from ..model.parameters import Payload
+from ..model import (ArgumentError, Array, EffortModel, finite, joint_names, JOINTS, N_JOINTS,
+                     Payload, SIDES, VELOCITY_LIMIT)
 
 # The order in which the robot publishes.
 JOINT_STATE_NAMES = tuple(sorted(

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..model.arm import BaxterArm
-from ..model.arrays import Array
-from ..model.joints import mount, POSITION_LOWER, POSITION_UPPER
+from ..model import Array, BaxterArm, mount
+from ..model.joints import POSITION_LOWER, POSITION_UPPER
 
 RAMP = 2.0  # duration of the acceleration from rest to full speed [s]
 _CORRECTION = 5.0  # feedback gain that keeps the integrated reference on the curve [1/s]
