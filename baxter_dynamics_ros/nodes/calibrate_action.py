@@ -81,7 +81,7 @@ class CalibrateAction(WaitingRequest):
     async def _execute(self, handle: ServerGoalHandle) -> Any:
         result = self._action.Result(joint_names=self._names)
         try:
-            with self._only('calibration'), TemporaryDirectory('_baxter_calibration') as path:
+            with self._only('calibration'), TemporaryDirectory(prefix='calibration') as path:
                 self._refuse(handle.request)
                 await self._record(handle, Path(path))
                 self._use(await self._fit(handle, Path(path)), handle.request.file, result)

@@ -94,7 +94,7 @@ class ParameterNode(Node):
 
     def _limit_rate(self) -> None:
         now = time.monotonic()
-        self._next_change = max(self._next_change, now - _AT_ONCE / _PER_SECOND)
+        self._next_change = max(self._next_change, now - (_AT_ONCE - 1) / _PER_SECOND)
         if self._next_change > now:
             raise BaxterDynamicsError(
                 f'too many changes: at most {_AT_ONCE} at once and {_PER_SECOND} per second; '

@@ -68,11 +68,13 @@ class DynamicsServices:
         inertial, velocity = mass @ qdd, coriolis @ qd
         tau = inertial + velocity + gravity
         response.torque = joint_state(self._names, stamp, q, qd, tau)
-        for name, values in (
-                ('inertial', inertial), ('coriolis', velocity), ('gravity', gravity),
-                ('actuator_effort', model.effort_model.effort(tau, q, qd, qdd, presliding))):
-            setattr(response, name, to_field(values))
-        response.mass_matrix, response.coriolis_matrix = mass.ravel(), coriolis.ravel()
+        response.inertial = to_field(inertial)
+        response.coriolis = to_field(velocity)
+        response.gravity = to_field(gravity)
+        response.actuator_effort = to_field(
+            model.effort_model.effort(tau, q, qd, qdd, presliding))
+        response.mass_matrix = mass.ravel()
+        response.coriolis_matrix = coriolis.ravel()
         return self._succeed(response, 'inverse dynamics', motion)
 
     def _succeed(self, response: Any, result: str, motion: _Motion) -> Any:
