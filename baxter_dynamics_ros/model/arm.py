@@ -168,7 +168,7 @@ class BaxterArm:
 
 def with_gravity(arm: BaxterArm, gravity: ArrayLike) -> BaxterArm:
     """Return the same arm with another gravity vector (3,) in the base frame [m/s^2]."""
-    return BaxterArm(arm.payload, gravity, arm.mount, arm.parameters)
+    return BaxterArm(arm.payload, gravity, arm.mount, arm.parameters, arm.engine)
 
 
 def _instance(name: str, value: object, kind: type[_T], default: Callable[[], _T]) -> _T:

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from .arrays import Array, Bools
+from .arrays import Array, Bools, read_only
 from .exceptions import ArgumentError
 from .joints import JOINTS, N_JOINTS, S1
 from .setting import Group, setting
@@ -23,9 +23,9 @@ from .setting import Group, setting
 # Spring at s1: coefficients of 1, sin q, cos q, sin 2q, cos 2q [N m]. Fitted to recordings of two
 # robots by `baxter_dynamics calibrate` (docs/calibrate.md has the command); a hysteresis of 1 to
 # 1.5 N m is not included. The sum is well determined, the individual coefficients are not.
-SPRING_COEFFICIENTS = np.array([-5.7466, -8.6679, 38.3573, 9.3798, 2.2237])
+SPRING_COEFFICIENTS = read_only(np.array([-5.7466, -8.6679, 38.3573, 9.3798, 2.2237]))
 # Angles of s1 in those recordings [rad]. Outside, the spring torque at the limit is used.
-SPRING_RANGE = np.array([-1.9, 1.0])
+SPRING_RANGE = read_only(np.array([-1.9, 1.0]))
 
 # Expected standard deviations within which 95 % of the residuals of free motion lie.
 BAND = 1.96
@@ -43,9 +43,12 @@ class EffortModel(Group, prefix='effort_model.'):
     """
     Difference between measured effort and joint torque; joint order s0 ... w2.
 
+    Friction is ``coulomb tanh(qd / coulomb_velocity) + viscous qd + dahl z``, with Dahl's state z
+    of :class:`Presliding`. The absolute values of a row of crosstalk sum to less than 1.
+
     Methods take validated float arrays (..., 7); leading axes are a batch. Arrays are stored as
     read-only copies. ArgumentError is raised if a value has the wrong shape, is out of range or
-    not finite, or values contradict.
+    not finite, or if values contradict each other.
     """
 
     spring_coefficients: Array = setting(
@@ -84,7 +87,7 @@ class EffortModel(Group, prefix='effort_model.'):
         'N m s^2/rad', 0.0, 100.0)
 
     def __post_init__(self) -> None:
-        """Validate the values, alone and together."""
+        """Validate each value, and values together."""
         super().__post_init__()
         self._require('spring_range', self.spring_range[0] < self.spring_range[1], 'lower < upper')
         self._require('crosstalk', not self.crosstalk.diagonal().any()

@@ -66,10 +66,12 @@ class ArmParameters:
 @dataclass(frozen=True)
 class Payload(Group, prefix='payload.'):
     """
-    A rigid body fixed to the hand, such as the electric gripper.
+    A rigid body fixed to the hand, such as the electric gripper; none by default.
 
-    ArgumentError is raised if no rigid body has these values: a negative mass or principal moment,
-    principal moments that violate the triangle inequality, or inertia without mass.
+    Off-diagonal inertias are elements of the tensor, as in Table III; all are zero for a point
+    mass. ArgumentError is raised if no rigid body has these values: a negative mass or
+    principal moment, principal moments that violate the triangle inequality, or inertia
+    without mass.
     """
 
     mass: float = setting(0.0, 'Mass of the payload.', 'kg', 0.0, 10.0)
@@ -80,7 +82,7 @@ class Payload(Group, prefix='payload.'):
         'of the hand frame.', 'kg m^2', -2.0, 2.0)
 
     def __post_init__(self) -> None:
-        """Validate the values, alone and together."""
+        """Validate each value, and values together."""
         super().__post_init__()
         moments = np.linalg.eigvalsh(self.inertia_tensor)
         if moments[0] < -1e-12 or moments[0] + moments[1] < moments[2] * (1 - 1e-9) - 1e-12:
@@ -143,7 +145,10 @@ def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
 
 def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
     """Return the parameters of Tables II to IV, with the given corrections (default: all)."""
-    return replace(LinkSettings().arm_parameters(), corrections=corrections)
+    corrected = LinkSettings().arm_parameters()
+    if set(corrections) == CORRECTIONS:
+        return corrected
+    return replace(corrected, corrections=corrections)
 
 
 def inertia_tensor(elements: Array) -> Array:

@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, Field, field, fields, replace
+from textwrap import fill, indent
 from typing import Any, ClassVar
 
 import numpy as np
@@ -38,7 +39,7 @@ class Setting:
         kind = type(self.default)
         if isinstance(self.default, tuple):
             n = len(self.default)
-            return tuple(self._within(value, *{(n,), self.shape or (n,)}))
+            return tuple(self._within(value, *dict.fromkeys([(n,), self.shape or (n,)])))
         if kind is float:
             return self._within(value, ())[0]
         if self.choices and value not in self.choices:
@@ -74,8 +75,9 @@ class Setting:
         if isinstance(default, tuple):
             kind = f'array_like {self.shape or (len(default),)}'
         unit = f' [{self.unit}]' if self.unit else ''
-        range_ = f' From {self.lower:g} to {self.upper:g}.' if self.lower > -np.inf else ''
-        return f'\n    {name} : {kind}\n        {self.description}{unit}{range_}'
+        range_ = f', from {self.lower:g} to {self.upper:g}' if self.lower > -np.inf else ''
+        text = fill(f'{self.description[:-1]}{unit}{range_}.', 91)
+        return f'\n    {name} : {kind}\n' + indent(text, 8 * ' ')
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,10 @@ class Group:
             if setting.shape:
                 value = read_only(np.reshape(value, setting.shape))
             object.__setattr__(self, name, value)
+        for each in fields(self):
+            kind, value = type(each.default), getattr(self, each.name)
+            if issubclass(kind, Group) and not isinstance(value, kind):
+                raise ArgumentError(each.name, f'expected {kind.__name__}, got {value!r:.60}')
 
     def __eq__(self, other: object) -> bool:
         """Compare by value, arrays too."""
