@@ -67,12 +67,13 @@ def reading(path: Path) -> Iterator[None]:
         yield
     except BagError:
         raise
-    except (FileNotFoundError, NotADirectoryError):
-        raise BagError(f'{path}: no such file or folder') from None
     except PermissionError as error:
         raise BagError(f'{error.filename}: permission denied; make it readable') from None
     except Exception as error:
-        reason = ' '.join(str(error).split()).rstrip('.') or type(error).__name__
+        if isinstance(error, (FileNotFoundError, NotADirectoryError)) and not path.exists():
+            raise BagError(f'{path}: no such file or folder') from None
+        reason = (getattr(error, 'strerror', None) or ' '.join(str(error).split()).rstrip('.')
+                  or type(error).__name__)
         repair = _KINDS[path.suffix].repair if path.suffix in _KINDS else ''
         advice = f'; if it is damaged: `{repair.format(path)}`' if repair else ''
         raise BagError(f'{path}: cannot be read ({reason}){advice}') from None
@@ -118,19 +119,23 @@ def _files_of(folder: Path) -> tuple[list[Path], bool]:
 
 def _without_metadata(folder: Path) -> str:
     """Return what a folder without metadata lacks; raise BagError if a file in it is damaged."""
-    files = sorted(file for file in folder.iterdir() if file.suffix in ('.mcap', '.db3'))
-    for file in files:
+    files = sorted(file for file in folder.iterdir() if file.suffix in _KINDS and file.is_file())
+    plain = [file for file in files if file.suffix in ('.mcap', '.db3')]
+    for file in plain:
         _check(file)
-    if files:
-        storage = 'mcap' if files[0].suffix == '.mcap' else 'sqlite3'
+    if plain:
+        storage = 'mcap' if plain[0].suffix == '.mcap' else 'sqlite3'
         return f'has no {_METADATA}{_KILLED}: `ros2 bag reindex -s {storage} {folder}` writes it'
-    bags = ', '.join(sorted(path.parent.name for path in folder.glob(f'*/{_METADATA}')))
-    choice = f'; choose one of the bags in it: {bags}' if bags else ''
-    return f'is not a bag: it has no {_METADATA}{choice}'
+    bags = sorted(bag.name for bag in (*files, *(
+        path.parent for path in folder.glob(f'*/{_METADATA}'))))
+    choice = f'; choose one of the bags in it: {", ".join(bags)}' if bags else ''
+    return f'{"has" if files else "is not a bag: it has"} no {_METADATA}{choice}'
 
 
 def _check(file: Path) -> None:
     """Raise BagError if a file is empty, of another kind than its name says, or incomplete."""
+    if file.suffix not in _KINDS or file.exists() and not file.is_file():
+        raise BagError(f'{file}: is not a file of a bag')
     kind, log = _KINDS[file.suffix], file.with_name(file.name + '-wal')
     if file.suffix == '.db3' and log.is_file() and log.stat().st_size:
         raise BagError(f'{file}: its last messages are in {log.name}{_KILLED}: '

@@ -65,6 +65,11 @@ def undecodable(path, number):
     return path
 
 
+def listing(path, name):
+    metadata = path / 'metadata.yaml'
+    return text(metadata, metadata.read_text().replace('run.mcap', name)).parent
+
+
 def text(path, content='hello world\n' * 100):
     path.write_text(content)
     return path
@@ -91,6 +96,14 @@ BROKEN = {
                         'is part of a bag: name the folder .*/run$'),
     'no metadata': (lambda make, tmp: without(make(states(3)), 'metadata.yaml'),
                     'has no metadata.yaml .*: `ros2 bag reindex -s mcap .*/run` writes it$'),
+    'no metadata, SQLite': (lambda make, tmp: without(make(states(3), 'sqlite3'), 'metadata.yaml'),
+                            'has no metadata.yaml .*: `ros2 bag reindex -s sqlite3 .*/run`'),
+    'no metadata, zstd': (lambda make, tmp: inner(text(tmp / 'x.mcap.zstd'), tmp / 'y'),
+                          'has no metadata.yaml; choose one of the bags in it: x.mcap.zstd$'),
+    'folder listed': (lambda make, tmp: listing(make(states(3)), '..'),
+                      r'^.*/run/\.\.: is not a file of a bag$'),
+    'metadata listed': (lambda make, tmp: listing(make(states(3)), 'metadata.yaml'),
+                        '^.*/metadata.yaml: is not a file of a bag$'),
     'other metadata': (lambda make, tmp: text(make(states(3)) / 'metadata.yaml', '{}').parent,
                        r'^.*/metadata.yaml: is not the metadata of a bag'),
     'missing files': (lambda make, tmp: without(make(states(3)), 'run.mcap'),
@@ -174,6 +187,12 @@ def test_permission_denied(make_bag, closed, kind, what):
     path = make_bag(states(3), kind)
     with closed(largest(path) if what == 'file' else largest(path).parent):
         assert 'permission denied; make it readable' in line_of(path)
+
+
+def test_a_bag_without_space_for_temporary_files_is_not_missing(make_bag, monkeypatch):
+    monkeypatch.setattr('tempfile.tempdir', '/none')
+    line = line_of(make_bag(states(3)))
+    assert 'run.mcap: cannot be read (No such file or directory)' in line
 
 
 @pytest.mark.parametrize('kind', KINDS)
