@@ -23,6 +23,7 @@ from ..model import ArrayLike, BASE_FRAME, joint_names
 
 _PEEK = 1000  # messages read to find the arms on a topic; more until there is one
 _PADDING = (0, 4, 8)  # bytes that some writers append to a message
+_decompress = zstandard.ZstdDecompressor().decompress
 
 
 def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
@@ -123,8 +124,8 @@ class BagRecording(Recording):
 
     def _state(self, channel: Channel, received_ns: int, raw: bytes) -> RecordedState:
         try:
-            message = _decode(channel.encoding, zstandard.decompress(raw)
-                              if self._is_compressed else raw)
+            message = _decode(channel.encoding,
+                              _decompress(raw) if self._is_compressed else raw)
         except Exception as error:  # a damaged message makes the parser raise anything
             raise BagError(f'{self.path}: {channel.topic}: the message received at {received_ns} '
                            f'ns is not a joint state ({error})') from None
