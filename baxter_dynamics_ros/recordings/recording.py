@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 from zipfile import BadZipFile
@@ -150,8 +151,11 @@ def _csv(path: Path) -> dict[str, Any]:
             joints = [prefix + joint for joint in JOINTS]
             wanted = {f'{joint}_{key}' for joint in joints for key in _ARRAYS}
             if time and wanted <= {*header}:
+                first = next(filter(str.strip, file), '')
+                if not first:
+                    raise BagError(f'{path}: has no rows')
                 columns = dict(zip(header, np.loadtxt(
-                    file, delimiter=',', ndmin=2, usecols=range(len(header))).T))
+                    chain([first], file), delimiter=',', ndmin=2, usecols=range(len(header))).T))
                 return {'joint_names': joints, 'stamp': columns[time], **{
                     key: np.stack([columns[f'{joint}_{key}'] for joint in joints], axis=1)
                     for key in _ARRAYS}}

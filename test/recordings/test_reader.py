@@ -12,6 +12,8 @@ from baxter_dynamics_ros.recordings.bags import open_recordings  # noqa: E402, I
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 
 RIGHT, LEFT = joint_names('right'), joint_names('left')
+HEADER = ','.join(['time', *(f'{joint}_{key}' for joint in JOINTS
+                             for key in ('position', 'velocity', 'effort'))])
 
 
 @pytest.fixture
@@ -87,8 +89,7 @@ def test_csv(contents, tmp_path, prefix, arm, wanted):
 @pytest.mark.parametrize('text, reason', [
     ('', 'expected columns time, s0_position'), ('time,s0_position\n1,2\n', 'expected columns'),
     ('\0', 'expected columns|cannot be read'),
-    (','.join(['time', *(f'{j}_{k}' for j in JOINTS for k in ('position', 'velocity', 'effort'))])
-     + '\n1,x\n', 'cannot be read as .csv')])
+    (f'{HEADER}\n\n', 'has no rows'), (f'{HEADER}\n1,x\n', 'cannot be read as .csv')])
 def test_csv_faults(tmp_path, text, reason):
     (tmp_path / 'run.csv').write_text(text)
     assert_refused(tmp_path / 'run.csv', reason)
