@@ -65,7 +65,7 @@ class DataCheck:
     inertial: Gain  # of the measured effort on M qdd + C qd
     gravity: Gain  # on G
     spring: Gain  # on the spring at s1
-    coulomb: Gain  # on the sign of velocity: Coulomb friction [N m]
+    coulomb: Array  # on the sign of velocity: Coulomb friction [N m]
     lag: 'Lag | None'  # of the velocity; None if unknown
     velocity_scale: float  # change of position over integrated velocity; NaN if unknown
     problems: tuple[Notice, ...] = ()  # most fundamental first
@@ -99,7 +99,7 @@ class RunningCheck:
             return None
         data = _Data.of(self._settings, self._rows.swapaxes(0, 1))
         inertial, gravity, spring, coulomb = _gains(data, self._duration)
-        check = DataCheck(*_overall(data), inertial, gravity, spring, coulomb,
+        check = DataCheck(*_overall(data), inertial, gravity, spring, coulomb.value,
                           *lag_and_scale(self._velocity))
         return replace(check, problems=tuple(_problems(data, check)))
 
@@ -258,9 +258,9 @@ def _scale(data: _Data, check: DataCheck) -> _Found:
 def _hand_guided(data: _Data, check: DataCheck) -> _Found:
     inertial = check.inertial.median()
     joints = check.inertial.known & _BEARS_LOAD & (inertial < 0.35)
-    negative = joints & (check.coulomb.value < 0.0)
+    negative = joints & (check.coulomb < 0.0)
     friction = ', and friction is negative (%s)' % _numbers(
-        negative, check.coulomb.value, unit=' N m') if negative.any() else ''
+        negative, check.coulomb, unit=' N m') if negative.any() else ''
     return ('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial and '
             f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}: '
             'the motors did not make this motion. An arm moved by hand cannot be calibrated: '
