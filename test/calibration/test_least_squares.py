@@ -1,6 +1,9 @@
-"""Sums, regularised least squares and correlation times."""
+"""Sums, regularised least squares, choice of a fit and correlation times."""
 
-from baxter_dynamics_ros.calibration.fit import correlation_times
+from types import SimpleNamespace
+
+from baxter_dynamics_ros.calibration.calibration_results import Selection
+from baxter_dynamics_ros.calibration.fit import best_fit, correlation_times
 from baxter_dynamics_ros.calibration.fit_data import residual
 from baxter_dynamics_ros.calibration.least_squares import (
     Problem, SHORTEST, solve, squared_error)
@@ -33,14 +36,15 @@ def test_sums_are_those_of_all_rows(settings, rng):
 
 def test_error_about_a_deviation_is_that_of_its_settings(settings, motion):
     """Products of tilt, links and crosstalk are exact after linearisation about the deviation."""
-    problem = Problem(settings, all_terms(settings, shape=False), [motion])
     rng = np.random.default_rng(8)
+    weight = rng.uniform(0.2, 1.0, motion.q.shape)
+    problem = Problem(settings, all_terms(settings, shape=False), [motion], [weight])
     b = np.zeros(len(problem.prior))
     for term, where in problem.terms:
         if term.name in ('bias', 'coulomb', 'tilt', 'inertial', 'stiffness', 'crosstalk'):
             b[where] = np.abs(rng.normal(0.0, 0.3 * term.prior))
     after = problem.updated(b)
-    true = (decoupled(residual(motion, after), after) ** 2).sum(0)
+    true = (weight * decoupled(residual(motion, after), after) ** 2).sum(0)
     np.testing.assert_allclose(squared_error(problem.about(b).whole, b), true, rtol=1e-9)
     assert np.abs(squared_error(problem.whole, b) / true - 1.0).max() > 1e-5
 
@@ -60,6 +64,16 @@ def test_solve_is_optimal_within_its_bounds(rng):
     gradient = np.einsum('j,njp,nj->p', weights, x, x @ found - y) + found / prior ** 2
     np.testing.assert_allclose(gradient[~at_bound], 0.0, atol=1e-9)
     assert (gradient[at_bound] > 0.0).all()
+
+
+def test_steps_after_a_better_one_are_not_tried(monkeypatch):
+    errors = {'first': 0.0, 'second': -0.5, 'last': 1.0}
+    monkeypatch.setattr(f'{best_fit.__module__}.Fit', lambda problem, step: SimpleNamespace(
+        log_error=errors[step.term]))
+    steps = [Selection(term, (), np.full(7, rms), np.ones(0, bool))
+             for term, rms in zip(errors, (0.1, 0.2, 0.3))]
+    fit, later = best_fit(None, steps)
+    assert (fit.log_error, later) == (0.0, steps[1:])
 
 
 @pytest.mark.parametrize('memory', [0.0, 2.5])

@@ -54,6 +54,16 @@ def test_one_file_of_a_folder(make_bag, monkeypatch, kind, ending):
         assert_played(recording, STATES)
 
 
+def test_a_file_of_a_bag_may_lack_the_topic(make_bag):
+    path = make_bag(STATES, 'sqlite3')
+    other = make_bag(states(3, topic='/other'), 'sqlite3', 'other')
+    (other / 'other.db3').rename(path / 'other.db3')
+    metadata = path / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace('- run.db3', '- run.db3\n  - other.db3'))
+    with BagRecording(path) as recording:
+        assert_played(recording, STATES)
+
+
 @pytest.mark.parametrize('kind', KINDS)
 def test_odd_contents_are_passed_on(make_bag, kind):
     nan = np.full(7, np.nan)

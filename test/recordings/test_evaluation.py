@@ -8,7 +8,7 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.recordings.evaluation_results import (INTERVALS, RunningBands,
                                                                RunningStatistics)
-from baxter_dynamics_ros.recordings.playback import play, stamp_statistics
+from baxter_dynamics_ros.recordings.playback import play, segments, stamp_statistics
 import numpy as np
 import pytest
 
@@ -290,3 +290,9 @@ def test_times_of_arrival_lie_on_no_grid(rng):
     jitter = 0.01 * np.arange(2200) + rng.normal(0.0, 0.002, 2200)
     assert stamp_statistics(np.diff(jitter)).irregularity > 0.15
     assert stamp_statistics(np.array([0.3, 0.01])) == (0.01, 100.0, 0.0, 0.0, 0)  # too few
+
+
+def test_stamps_that_step_back_count_as_a_gap():
+    stamps = np.tile(START + 10 ** 7 * np.arange(100), 2)
+    (samples,) = play(Recording(stamps=stamps), Predictor(PredictorSettings()))
+    assert len(segments(samples.time)) == 2 and (np.diff(samples.time) > 0.0).all()
