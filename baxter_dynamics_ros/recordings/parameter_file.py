@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
 
 
 class _Loader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[misc]
-    """YAML loader that leaves the type of a scalar without a tag open."""
+    """YAML loader in which only an explicit tag makes a scalar a string."""
 
     DEFAULT_SCALAR_TAG = 'unknown'
 

@@ -178,7 +178,7 @@ def velocity_sums(samples: Samples) -> Array:
 
 
 def _sums(t: Array, q: Array, qd: Array) -> Array:
-    """Return sums of y x and x^2 of the straight lines of lag and scale; of a short segment, 0."""
+    """Return sums (2, 2, 7) of x y and x^2 for the lines of lag and scale; 0 if too short."""
     period = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     if period <= 0.0 or len(t) * period < 3 * _INTERVAL or not np.isfinite(qd).all():
         return np.zeros((2, 2, N_JOINTS))
@@ -214,9 +214,10 @@ def lag_and_scale(sums: Array) -> tuple['Lag | None', float]:
 
 def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -> list[Contact]:
     """
-    Return the contacts in a recording, in the order of joints and times (n,) [s].
+    Return the contacts, by joint and time.
 
-    Of residuals (n, 7) [N m] an offset does not matter; positions q are (n, 7) [rad].
+    Times are (n,) [s], positions and residuals (n, 7) [rad, N m]; a constant offset of the
+    residual does not matter.
     """
     if not len(time):
         return []
