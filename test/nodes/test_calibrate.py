@@ -9,7 +9,7 @@ from baxter_dynamics_ros.calibration import live
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
-from baxter_dynamics_ros.nodes import calibrate as calibrate_action
+from baxter_dynamics_ros.nodes import calibrate_action
 from baxter_dynamics_ros.nodes.calibrate_action import CalibrateAction
 from baxter_dynamics_ros.nodes.messages import joint_state, set_stamp, stamp_ns
 from baxter_dynamics_ros.nodes.ros_parameters import ParameterNode
