@@ -107,7 +107,6 @@ class Retiming:
         return self._out
 
     def _weigh(self, stamp_ns: int, fresh: bool, received_ns: int | None) -> None:
-        """Choose the source by the evidence."""
         before, self.source = self.source, self._evidence.update(stamp_ns, fresh, received_ns)
         if self.source != before:
             self.event = Event.RESET_STAMP_SOURCE

@@ -1,5 +1,6 @@
 """Node joint_state_bridge: republishes joint states of a ROS 1 robot in ROS 2, read-only."""
 
+from contextlib import suppress
 from functools import partial
 import os
 import sys
@@ -108,11 +109,9 @@ class JointStateBridge(ParameterNode):
             (True, OK, f'receiving joint states on {topic}'))
 
     def _publisher(self, topic: str) -> Any:
-        try:
+        with suppress(InvalidTopicNameException):
             if topic.startswith('/'):
                 return self.create_publisher(JointState, topic, topics.PUBLISHER_QOS)
-        except InvalidTopicNameException:
-            pass
         raise ArgumentError('topics', f'expected full topic names such as {topics.JOINT_STATES}, '
                             f'got {topic!r}')
 

@@ -83,8 +83,7 @@ def poses(t: float) -> Array:
     here, start, end = POSTURES[int(count) % len(POSTURES)], _reached(count), _reached(count + 1)
     back, on = (float(minimum_jerk(min(max(s, 0.0), 1.0)))
                 for s in (rest / RETURN_TIME, (rest - REST) / MOVE))
-    q: Array = start + (here - start) * back + (end - here) * on
-    return q
+    return start + (here - start) * back + (end - here) * on
 
 
 def _reached(count: float) -> Array:
