@@ -68,7 +68,7 @@ class Page:
         with self._server.atomic():
             if shown:
                 self._update_scene(shown[0], now)
-                self._charts.rows.append((now, shown[0].efforts(now)))
+                self._charts.add(now, shown[0].efforts(now))
                 self._buttons.update(shown[0].name)
             if is_slow and self._server.get_clients():
                 problem = monitor.problem(now)

@@ -31,7 +31,6 @@ _LONGEST = 0.6  # of the arrow [m]
 _SMALLEST = 1.0  # force that is drawn [N]
 
 _WINDOW = 30.0  # of the charts [s]
-_ROWS = 450  # of the page's period in this time
 _LOWEST = 0.2  # height of a scale [N m]
 _GRAY, _BLUE, _RED = '#8a949e', '#1f77c9', '#d1402b'
 _CLEAR, _SHADE = 'rgba(0, 0, 0, 0)', 'rgba(31, 119, 201, 0.16)'
@@ -190,8 +189,7 @@ class Charts:
     """Tabs with the residual and the effort of each joint."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        # Monotonic time [s] and efforts (4, 7) of a predictor.
-        self.rows: deque[tuple[float, Array]] = deque(maxlen=_ROWS)
+        self.rows: deque[tuple[float, Array]] = deque()
         self.tabs = gui.add_tab_group()
         with self.tabs.add_tab('Residual'):
             gui.add_html(_caption(f'<i style="color:{_RED}">measured − predicted</i> effort in '
@@ -202,6 +200,12 @@ class Charts:
             gui.add_html(_caption(f'<i style="color:{_GRAY}">measured</i> and '
                                   f'<i style="color:{_BLUE}">predicted</i> effort in N m'))
             self._efforts = [Chart(gui, joint, (_GRAY, _BLUE), None) for joint in JOINTS]
+
+    def add(self, now: float, efforts: Array) -> None:
+        """Add a row of monotonic time now [s] and a predictor's efforts (4, 7); drop old rows."""
+        self.rows.append((now, efforts))
+        while self.rows[0][0] < now - _WINDOW:
+            self.rows.popleft()
 
     def update(self, now: float) -> None:
         """Show the rows at monotonic time now [s]."""

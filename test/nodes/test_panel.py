@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from unittest.mock import MagicMock
 
 from baxter_dynamics_ros.model.arm import BaxterArm
 from baxter_dynamics_ros.model.joints import joint_names, mount
@@ -53,6 +54,13 @@ def test_scales_hold_all_values_and_change_rarely(rng, panel_views):
         assert np.ptp(limits) < 5.0 * max(np.ptp(window), 0.2)
         changes += limits != before
     assert changes < 60
+
+
+def test_charts_forget_what_is_older_than_30_s(panel_views):
+    charts = panel_views.Charts(MagicMock())
+    for now in 5.0, 105.0:
+        charts.add(now, np.zeros((4, 7)))
+    assert [receipt for receipt, _ in charts.rows] == [105.0]
 
 
 def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch, panel_views):
