@@ -1,7 +1,7 @@
 """Running predictors and their recent messages."""
 
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 import math
 import os
 import time
@@ -23,9 +23,8 @@ _STATUS_STALE_AFTER = 3.0  # [s]; they are published once a second
 _RATE_WINDOW = 2.0  # [s]
 _DISCOVERY_PERIOD = 0.5  # [s]
 _GRACE = 2.0  # [s] before a missing predictor is reported
-# Topic -> type; names without a slash are below the predictor's name.
-_TOPICS = {topics.JOINT_STATES: JointState, topics.DIAGNOSTICS: DiagnosticArray,
-           topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
+# Topic below the predictor's name -> type.
+_TOPICS = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
            topics.RESIDUAL_DEVIATION: JointState, topics.EXTERNAL_EFFORT: JointState,
            topics.EXTERNAL_WRENCH: WrenchStamped, topics.CONTACT: Bool}
 _RATES = {'predictions': topics.PREDICTED_EFFORT, 'residuals': topics.EFFORT_RESIDUAL,
@@ -159,6 +158,9 @@ class Monitor:
         self._others: set[str] = set()  # predictors of other names
         self._started = time.monotonic()
         self._discovered = -math.inf  # monotonic time of the last discovery [s]
+        everyone = self._predictors.values()  # also those found later
+        self._subscribe(JointState, topic, topics.JOINT_STATES, everyone)
+        self._subscribe(DiagnosticArray, topics.DIAGNOSTICS, topics.DIAGNOSTICS, everyone)
 
     def ticks(self, period: float, duration: float,
               is_done: Callable[[], bool] = lambda: False) -> Iterator[float]:
@@ -204,12 +206,14 @@ class Monitor:
         running = self._listener.predictors()
         self._others = running - ours
         for found in sorted(running & ours - self._predictors.keys()):
-            self._predictors[found] = MonitoredPredictor(found)
-            for topic in _TOPICS:
-                self._subscribe(self._predictors[found], topic)
+            predictor = self._predictors[found] = MonitoredPredictor(found)
+            for topic, kind in _TOPICS.items():
+                self._subscribe(kind, f'{found}/{topic}', topic, [predictor])
 
-    def _subscribe(self, predictor: MonitoredPredictor, topic: str) -> None:
-        names = {topics.JOINT_STATES: self._topic, topics.DIAGNOSTICS: topics.DIAGNOSTICS}
-        self._listener.subscribe(
-            _TOPICS[topic], names.get(topic, f'{predictor.name}/{topic}'),
-            lambda message: predictor.receive(topic, message, time.monotonic()))
+    def _subscribe(self, kind: type, name: str, topic: str,
+                   predictors: Iterable[MonitoredPredictor]) -> None:
+        """Let predictors receive the messages of a topic, by its name in ROS."""
+        def receive(message: Any) -> None:
+            for each in predictors:
+                each.receive(topic, message, time.monotonic())
+        self._listener.subscribe(kind, name, receive)

@@ -1,6 +1,7 @@
 """The watch command: what is shown of the messages of a predictor."""
 
 import io
+from types import SimpleNamespace
 
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
 
-from baxter_dynamics_ros.cli.monitor import MonitoredPredictor  # noqa: E402, I100
+from baxter_dynamics_ros.cli.monitor import Monitor, MonitoredPredictor  # noqa: E402, I100
 from baxter_dynamics_ros.cli.watch_view import bar, line, view  # noqa: E402
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402
@@ -142,6 +143,23 @@ def test_escape_sequences_and_markup_are_shown_as_text(predictor):
     text = shown(predictor, now)
     assert '\\x07[b]  WARN  a\\x1b[2J[/b]\\nforged' in text
     assert '\x1b' not in text and 'filter WARN' not in line(predictor, now)
+
+
+def test_two_arms_share_the_subscriptions_of_joint_states_and_diagnostics():
+    receive, running = {}, ['/right/predictor', '/left/predictor']
+
+    def subscribe(kind, name, function):
+        assert name not in receive
+        receive[name] = function
+
+    monitor = Monitor(SimpleNamespace(subscribe=subscribe, predictors=lambda: set(running)),
+                      'predictor', '/joints', None)
+    assert list(receive) == ['/joints', topics.DIAGNOSTICS]  # an invalid name is refused at once
+    now = next(monitor.ticks(1.0, 1.0))
+    receive[topics.DIAGNOSTICS](DiagnosticArray(status=[
+        DiagnosticStatus(name=f'{name[1:]}: filter', message=name) for name in running]))
+    assert sorted(each.diagnostics(now) for each in monitor.shown(now)) == [
+        [('filter', 0, name)] for name in sorted(running)]
 
 
 def test_a_bar_ends_at_the_limit():
