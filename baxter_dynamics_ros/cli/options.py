@@ -110,7 +110,8 @@ def output_path(option: str, output: str | Path, endings: tuple[str, ...] = (),
     folder = path.parent if endings else next(
         place for place in (path, *path.parents) if os.path.lexists(place))
     if not folder.is_dir():
-        raise BaxterDynamicsError(f'{option}: {folder} is not a folder')
+        raise BaxterDynamicsError(f'{option}: ' + (
+            f'{folder} is not a folder' if folder.exists() else f'no folder {folder}'))
     if endings and path.is_dir():
         raise BaxterDynamicsError(f'{option}: {path} is a folder')
     try:
