@@ -100,6 +100,7 @@ def _show_panel(listener: 'Listener') -> int:
     from .main import needs, parse
     with needs('panel'):
         from .panel_page import serve
+    listener.unsubscribe()  # their lists would grow
     serve(listener, parse(['panel', '--node', f'{NAMESPACE}/torque_predictor',
                            '--topic', f'{NAMESPACE}/joint_states']))
     return 0

@@ -73,6 +73,11 @@ class Listener:
         except InvalidTopicNameException as error:
             raise BaxterDynamicsError(f'topic {topic}: {" ".join(str(error).split())}') from None
 
+    def unsubscribe(self) -> None:
+        """Drop all subscriptions."""
+        while self._subscriptions:
+            self.node.destroy_subscription(self._subscriptions.pop())
+
     def joint_states(self, topic: str) -> list[Received]:
         """Subscribe to joint states; return the list that receives them."""
         states: list[Received] = []
