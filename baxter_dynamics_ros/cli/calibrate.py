@@ -46,7 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Fit the effort model, print the improvement, and write the parameter file and the report."""
     if args.plan == bool(args.bags):
-        raise BaxterDynamicsError('expected either a recording, or --plan to make one')
+        raise BaxterDynamicsError('--plan takes no recordings' if args.plan else
+                                  'expected a recording, or --plan to make one')
     if args.plan:
         return _plan(args)
     from ..calibration.calibrate_robot import calibrate

@@ -12,8 +12,8 @@ ONLY_RIGHT = ('run: /robot/joint_states has no joints of the left arm, only righ
               'right_s0, right_s1, right_w0, right_w1, right_w2')
 
 REFUSALS = [  # arguments, reason
-    ('calibrate', 'expected either a recording, or --plan to make one'),
-    ('calibrate run --plan', 'expected either a recording, or --plan to make one'),
+    ('calibrate', 'expected a recording, or --plan to make one'),
+    ('calibrate run --plan', '--plan takes no recordings'),
     ('calibrate run -o robot.txt',
      '--output: expected a name ending in .yaml or .yml, got robot.txt'),
     ('calibrate run -o file/r.yaml', '--output: {here}/file is not a folder'),
