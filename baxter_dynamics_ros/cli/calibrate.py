@@ -1,8 +1,9 @@
 """
-Fit the effort model to recordings of one robot.
+Fit the effort model to recordings of one arm.
 
-Keeps the terms that improve the prediction of recordings left out of the fit, and writes a
-parameter file for torque_predictor and evaluate, with a report beside it.
+Fits bias, friction, spring, tilt and more, keeps the terms that improve the prediction of
+recordings left out of the fit, and writes a parameter file for torque_predictor and evaluate,
+with a report beside it.
 """
 
 import argparse

@@ -1,7 +1,8 @@
 """
 Run the predictor on a fake Baxter and show the residual.
 
-Compares the predicted with the measured effort, calls both services, and saves a figure.
+Starts both as separate processes, compares the predicted with the measured effort, calls both
+services, and saves a figure.
 """
 
 import argparse

@@ -1,7 +1,8 @@
 """
 Record one of the paper's trajectories on the fake Baxter and evaluate it.
 
-The trajectories are 3(a) circle, 3(b) switch and 3(c) lift. No real robot is commanded.
+The trajectories are 3(a) circle, 3(b) switch and 3(c) lift; the recording is a rosbag2. No real
+robot is commanded.
 """
 
 from __future__ import annotations

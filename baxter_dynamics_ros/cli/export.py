@@ -1,5 +1,5 @@
 """
-Write the dynamics of the arm in another language.
+Write the closed form of the arm's dynamics in another language.
 
 The files stand alone, describe their inputs and outputs, and hold the arm's parameters as data.
 """

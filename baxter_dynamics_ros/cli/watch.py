@@ -1,6 +1,7 @@
 """
 Show a running torque_predictor live in the terminal.
 
+Shows measured and predicted effort, residual, external effort, contact, rates and diagnostics.
 Prints one line per second where the output is not a terminal. q or Ctrl-C quits, ? explains the
 columns.
 """
