@@ -5,9 +5,9 @@ import numpy as np
 VELOCITY_LAG = 0.014  # [s]
 
 
-def trajectory(t) -> tuple:
+def trajectory(t, scale=1.0) -> tuple:
     """Return q, qd, qdd (n, 7) at times t (n,) in s: a slow sine a joint, s1 within its spring."""
-    amplitude = np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
+    amplitude = scale * np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
     w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
     angle = w * np.asarray(t)[:, None] + np.arange(7)
     center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.6, 0.0])

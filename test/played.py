@@ -16,10 +16,16 @@ DELAY = VELOCITY_LAG + np.sqrt(2) / (2 * np.pi * 5.0)  # of predictions, behind 
 SETTINGS = {mode: PredictorSettings(stamps=mode) for mode in ('auto', 'header', 'arrival')}
 
 
+def motion(t) -> tuple:
+    """Return q, qd, qdd (n, 7) of the robot at times t (n,) [s]."""
+    return trajectory(t, 1.25)
+
+
 def robot(t, stamps):
     """Return the messages of a perfect robot at times t [s] with these stamps [s after START]."""
     stamps = [START + round(stamp * 1e9) for stamp in stamps]
-    return [(stamp, RIGHT, *row) for stamp, *row in zip(stamps, *measured(SETTINGS['auto'], t))]
+    rows = measured(SETTINGS['auto'], t, motion)
+    return [(stamp, RIGHT, *row) for stamp, *row in zip(stamps, *rows)]
 
 
 class Run(NamedTuple):
@@ -88,7 +94,7 @@ def instants(made: dict) -> np.ndarray:
 
 def lags(made: dict, ahead: float) -> np.ndarray:
     """Return how far stamps, less ``ahead``, are behind the instants of the positions [s]."""
-    truth, qd, _ = trajectory(instants(made) - ahead)
+    truth, qd, _ = motion(instants(made) - ahead)
     q, = stacked(made, 'q')
     return ((truth - q) * qd).sum(1) / (qd * qd).sum(1)
 
@@ -106,7 +112,7 @@ def assert_right(run: Run, ahead: float = 0.0, late: float = 0.0):
               f'{lag.max() * 1e3:.2f} ms, of {late * 1e3:.1f} ms')
         assert -margin / 3 < lag.mean() < late + margin / 3
         assert -margin < lag.min() and lag.max() < late + margin
-    truth = trajectory(instants(run.predictions) - ahead - lags(run.predictions, ahead))
+    truth = motion(instants(run.predictions) - ahead - lags(run.predictions, ahead))
     found = stacked(run.predictions, 'q', 'qd', 'qdd', 'residual')
     for x, wanted, error in zip(found, (*truth, 0.0), (5e-4, 0.05, 0.5, 0.4)):
         assert np.abs(x - wanted).max() < error * (1.0 if late else 0.15)

@@ -4,8 +4,7 @@ from baxter_dynamics_ros.calibration import fit
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.calibration.fit_data import CalibrationError, observe
 from baxter_dynamics_ros.estimation.settings import EffortModelSettings, PredictorSettings
-from baxter_dynamics_ros.model.exceptions import ArgumentError
-from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.model import ArgumentError, JOINTS
 from calibration.known_robot import (calibrated, CENTER, errors, FRICTION, LEAST, record,
                                      Recording, recordings, wander, warnings)
 import numpy as np

@@ -72,7 +72,7 @@ def test_contradicting_messages_restart_the_stream_after_the_fifth(continuity):
     assert events == 2 * (4 * [Event.UNCONFIRMED] + [Event.RESET_POSITION_JUMP])
 
 
-def test_the_fifth_late_sample_in_a_row_is_believed(continuity):
+def test_the_fifth_late_sample_in_a_row_is_accepted(continuity):
     events = [judge(continuity, (-100 + 10 * i) * MS) for i in range(6)]
     assert events == [Event.OUT_OF_ORDER] * 4 + [Event.RESET_CLOCK_JUMP, None]
 

@@ -10,8 +10,7 @@ from baxter_dynamics_ros.estimation.events import DROPPED, Event
 from baxter_dynamics_ros.estimation.external import hand_wrench
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
-from baxter_dynamics_ros.model.exceptions import ArgumentError
-from baxter_dynamics_ros.model.joints import joint_names, SIDES
+from baxter_dynamics_ros.model import ArgumentError, joint_names, SIDES
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
 import pytest

@@ -7,9 +7,7 @@ from arrivals import bursts
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.retiming import Retiming
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.arm import BaxterArm
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import joint_names, S1
+from baxter_dynamics_ros.model import BaxterArm, EffortModel, joint_names, S1
 import numpy as np
 import pytest
 

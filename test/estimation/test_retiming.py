@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 
-# ---- what is believed
+# ---- which stamps are used
 
 @pytest.mark.parametrize('arrivals', [stalled(made(100.0, 3.0)), np.tile([-9e9, 9e9], 10)],
                          ids=['bursts', 'wild'])
@@ -33,7 +33,7 @@ ROBOTS = {f'{rate:.0f} Hz': made(rate, 20.0) for rate in (38.0, 1000.0)} | {
 
 
 @pytest.mark.parametrize('t', ROBOTS.values(), ids=ROBOTS.keys())
-def test_robots_stamps_are_believed(t):
+def test_robots_stamps_are_used(t):
     retiming = Retiming('auto')
     stamps = [START + round(x * 1e9) for x in t]
     assert [retiming.update(stamp, True) for stamp in stamps] == stamps

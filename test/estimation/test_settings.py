@@ -4,10 +4,8 @@ from dataclasses import FrozenInstanceError, replace
 
 from baxter_dynamics_ros.estimation.settings import (AccelerationSettings, ContactSettings,
                                                      DEFAULTS, PredictorSettings, SETTINGS)
-from baxter_dynamics_ros.model.arm import BaxterArm
-from baxter_dynamics_ros.model.exceptions import ArgumentError
-from baxter_dynamics_ros.model.joints import mount
-from baxter_dynamics_ros.model.parameters import paper_parameters, Payload
+from baxter_dynamics_ros.model import ArgumentError, BaxterArm, mount, Payload
+from baxter_dynamics_ros.model.parameters import paper_parameters
 import numpy as np
 import pytest
 

@@ -32,7 +32,7 @@ def even(stream, n=LOCKED, since=0):
 
 @pytest.fixture(params=['header', 'auto'])
 def stream(request):
-    """Return one that has let in a sample at START, whose stamps are believed."""
+    """Return one that has let in a sample at START, whose stamps are used."""
     stream = Stream('right', request.param)
     assert take(stream, 0).begins
     return stream
@@ -152,10 +152,10 @@ def test_how_far_an_arm_can_have_moved_follows_from_the_period(moved, jumps):
     late = 10 * MS * LOCKED + 8 * MS
     assert not take(stream, late).begins
     assert (take(stream, late + 2 * MS, q=q) is None) == jumps
-    believed = Stream('right', 'header')
-    even(believed)
-    take(believed, late)
-    assert take(believed, late + 2 * MS, q=q) is None
+    stream = Stream('right', 'header')
+    even(stream)
+    take(stream, late)
+    assert take(stream, late + 2 * MS, q=q) is None
 
 
 # ---- reset

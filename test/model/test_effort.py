@@ -3,8 +3,7 @@
 from baxter_dynamics_ros import ArgumentError, BaxterArm
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.effort import EffortModel, Presliding
-from baxter_dynamics_ros.model.joints import joint_names, JOINTS, S1
+from baxter_dynamics_ros.model import EffortModel, joint_names, JOINTS, Presliding, S1
 import numpy as np
 import pytest
 

@@ -4,8 +4,7 @@ from math import pi
 import re
 
 from baxter_dynamics_ros import ArgumentError
-from baxter_dynamics_ros.model import paper_tables
-from baxter_dynamics_ros.model.joints import S1
+from baxter_dynamics_ros.model import paper_tables, S1
 from baxter_dynamics_ros.model.parameters import (INERTIA_AT_ORIGIN, paper_parameters,
                                                   pseudo_inertia, THETA_2_OFFSET)
 import numpy as np

@@ -3,8 +3,7 @@
 import re
 
 from baxter_dynamics_ros import BaxterArm, mount, Payload
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import EffortModel, joint_names
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState

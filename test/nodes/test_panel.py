@@ -9,8 +9,7 @@ import sys
 import time
 from unittest.mock import MagicMock
 
-from baxter_dynamics_ros.model.arm import BaxterArm
-from baxter_dynamics_ros.model.joints import joint_names, mount
+from baxter_dynamics_ros.model import BaxterArm, joint_names, mount
 from baxter_dynamics_ros.model.lagrange_euler import transform
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 import numpy as np

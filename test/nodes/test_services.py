@@ -1,8 +1,7 @@
 """Services gravity_torques and inverse_dynamics."""
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import EffortModel, joint_names
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 import numpy as np
 import pytest

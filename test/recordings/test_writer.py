@@ -3,8 +3,7 @@
 from pathlib import Path
 import resource
 
-from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import BaxterDynamicsError, joint_names
 import numpy as np
 import pytest
 

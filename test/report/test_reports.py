@@ -7,8 +7,7 @@ import json
 import re
 
 from baxter_dynamics_ros.calibration.calibration_results import Fitted, Judged, Selection
-from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
-from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.model import BaxterDynamicsError, JOINTS
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 from baxter_dynamics_ros.recordings.evaluation_results import (ESTIMATORS, Expected, METHODS,
                                                                TERMS)

@@ -4,9 +4,8 @@ import csv
 import json
 
 from baxter_dynamics_ros.calibration.live import progress
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.joints import (joint_names, POSITION_LOWER, POSITION_UPPER, SIDES,
-                                              VELOCITY_LIMIT)
+from baxter_dynamics_ros.model import EffortModel, joint_names, SIDES, VELOCITY_LIMIT
+from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER
 from baxter_dynamics_ros.simulation.exciting_trajectory import (
     DURATION, LimitedMotion, motion, series, write_plan, write_trajectory)
 from baxter_dynamics_ros.simulation.trajectories import MIRROR

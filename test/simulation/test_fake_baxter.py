@@ -6,9 +6,7 @@ import tracemalloc
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.effort import EffortModel
-from baxter_dynamics_ros.model.exceptions import ArgumentError
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import ArgumentError, EffortModel, joint_names
 import numpy as np
 import pytest
 

@@ -3,8 +3,7 @@
 from xml.etree import ElementTree
 
 from baxter_dynamics_ros import BaxterArm
-from baxter_dynamics_ros.model.exceptions import ArgumentError
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import ArgumentError, joint_names
 import numpy as np
 import pytest
 
