@@ -54,8 +54,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)
-    needed = VERBS.keys() & arguments[:1] or VERBS
-    for name in needed if arguments[:1] != ['--version'] else ():
+    first = arguments[:1]
+    for name in () if first == ['--version'] else VERBS.keys() & first or VERBS:
         verb = import_module(f'{__package__}.{name}')
         description = (verb.__doc__ or '').strip()
         subparser = verbs.add_parser(

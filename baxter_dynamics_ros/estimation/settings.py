@@ -181,4 +181,4 @@ class PredictorSettings(Group):
 
 
 SETTINGS = tuple(setting for setting, _ in PredictorSettings().items())
-DEFAULTS = PredictorSettings().parameters()
+DEFAULTS = {setting.name: setting.default for setting in SETTINGS}
