@@ -70,7 +70,7 @@ PAIRS = [(MASS['0.3'], MASS['.5']), (MASS['.5'], MASS['0.3']), (MASS['1'], MASS[
 
 # The parameters of the real node, declared with each list of files in turn.
 CHILD = """
-import json, os, sys
+import gc, json, os, sys
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from baxter_dynamics_ros.nodes.ros_parameters import ParameterNode
 import rclpy
@@ -79,19 +79,25 @@ class Declaring(ParameterNode):
     def build(self, values):
         return PredictorSettings.from_parameters(values)
 
+def declared(arguments):
+    rclpy.init(args=['--ros-args', *arguments])
+    node = Declaring('torque_predictor')
+    try:
+        node.declare_settings(SETTINGS)
+        node.check_given_names()
+        return {name: node.get_parameter(name).value for name in DEFAULTS}
+    finally:
+        node.destroy_node()
+
 out = os.fdopen(os.dup(1), 'w')
 os.dup2(2, 1)
 for files, namespace in json.load(sys.stdin):
-    arguments = [each for file in files for each in ('--params-file', file)]
     try:
-        rclpy.init(args=['--ros-args', '-r', f'__ns:={namespace}', *arguments])
-        node = Declaring('torque_predictor')
-        node.declare_settings(SETTINGS)
-        node.check_given_names()
-        result = {name: node.get_parameter(name).value for name in DEFAULTS}
-        node.destroy_node()
+        result = declared(['-r', f'__ns:={namespace}', *(
+            each for file in files for each in ('--params-file', file))])
     except Exception as error:
         result = str(error)
+        gc.collect()  # Fast DDS may deadlock when it destroys one participant beside another
     rclpy.try_shutdown()
     print(json.dumps(result, default=list), file=out, flush=True)
 """

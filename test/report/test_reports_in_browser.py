@@ -101,7 +101,7 @@ def test_a_link_unfolds_its_recording(page):
         page.locator('details.recording').evaluate_all(
             'all => all.forEach(one => { one.open = false; })')
         page.locator('a[href="#recording-2"]').first.click()
-        page.wait_for_function("document.getElementById('recording-2').open")
+        page.locator('#recording-2[open]').wait_for()
         assert page.locator('#recording-2 img').first.is_visible()
         assert not page.locator('#recording-1 img').first.is_visible()
 
@@ -109,7 +109,7 @@ def test_a_link_unfolds_its_recording(page):
 def test_an_address_unfolds_its_recording(browser, evaluation_folder):
     page = browser.new_page()
     page.goto((evaluation_folder / 'report.html').as_uri() + '#recording-2')
-    page.wait_for_function("document.getElementById('recording-2').open")
+    page.locator('#recording-2[open]').wait_for()
     page.close()
 
 
