@@ -1,6 +1,7 @@
 """Export as URDF: the manufacturer's description with the parameters of one arm."""
 
 from pathlib import Path
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -36,7 +37,8 @@ def files(arm: BaxterArm, command: str, side: str, effort: EffortModel,
         _child(joint, 'dynamics').attrib.update(damping=numbers(effort.viscous[k]),
                                                 friction=numbers(effort.coulomb[k]))
         add_inertia(robot.child[joint], mass, center, inertia)
-    about = '\n     '.join(head(arm, command)).replace('--', '- -')
+    # A comment in XML contains no two hyphens in a row.
+    about = re.sub('-(?=-)', '- ', '\n     '.join(head(arm, command)))
     robot.root.insert(0, ET.Comment(f' {about} '))
     ET.indent(robot.root)
     return {f'baxter_{side}.urdf': '<?xml version="1.0"?>\n' + ET.tostring(
