@@ -22,14 +22,14 @@ class Description:
     A robot's URDF without the gripper of one arm: what moves beyond the hand, or is named so.
 
     By default the file is that of PyPI's ``hpp-baxter``. Raises DescriptionError if it cannot be
-    read or lacks one of the arm's joints.
+    read, lacks one of the arm's joints, or has joints that form a loop.
     """
 
     def __init__(self, side: str, path: str | Path | None = None) -> None:
         self.path = path = path or find_description()
         try:
             self.root = ET.parse(path).getroot()
-        except (OSError, ET.ParseError) as error:
+        except (OSError, ET.ParseError, LookupError) as error:
             raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
         joints = {joint.get('name'): joint for joint in self.root.findall('joint')}
         links = {link.get('name'): link for link in self.root.findall('link')}
@@ -45,14 +45,22 @@ class Description:
                 if link is None:
                     raise DescriptionError(f'{path}: joint {joint.get("name")} has no {end} link')
                 found[joint] = link
+        for joint in joints.values():
+            self.above(joint)  # raises if joints form a loop
         self.joints = [joints[name] for name in joint_names(side)]
         self.carried = self._beyond(self.joints[0])  # s0 and all joints beyond it
         self._remove_gripper()
 
     def above(self, joint: ET.Element) -> list[ET.Element]:
         """Return the joints from the root to a joint, without the joint itself."""
-        return [further for other, link in self.child.items() if link is self.parent[joint]
-                for further in (*self.above(other), other)]
+        chain = [joint]
+        while before := [other for other, link in self.child.items()
+                         if link is self.parent[chain[0]]]:
+            if len(before) > 1 or before[0] in chain:
+                raise DescriptionError(f'{self.path}: the joints form a loop at the link '
+                                       f'{self.child[before[0]].get("name")}')
+            chain = before + chain
+        return chain[:-1]
 
     def _beyond(self, joint: ET.Element) -> list[ET.Element]:
         return [joint, *(further for other, link in self.parent.items()

@@ -24,7 +24,7 @@ def described(request):
         pytest.skip(str(error))
     settings = PredictorSettings.from_parameters({'arm': request.param, **SETTINGS})
     ((name, text),) = urdf.files(
-        settings.model.arm, 'baxter_dynamics export --params x', request.param,
+        settings.model.arm, 'baxter_dynamics export -o a---b', request.param,
         settings.model.effort_model).items()
     assert name == f'baxter_{request.param}.urdf'
     return settings, text
@@ -69,9 +69,16 @@ def test_mujoco_on_the_urdf(described, random_states):
         np.testing.assert_allclose(data.qfrc_inverse[at], tau, rtol=0.0, atol=1e-9)
 
 
-def test_a_description_of_another_robot_is_refused(tmp_path, described):
+def test_other_descriptions_are_refused(tmp_path, described):
     settings, text = described
-    path = tmp_path / 'other.urdf'
-    path.write_text(text.replace('0.069', '0.269'))
-    with pytest.raises(DescriptionError, match='lies elsewhere'):
-        urdf.files(settings.model.arm, '', settings.arm, settings.model.effort_model, path)
+    path, joint = tmp_path / 'other.urdf', (
+        '<joint name="x"><parent link="{}"/><child link="{}"/></joint></robot>')
+    below = f'{settings.arm}_hand_link', f'{settings.arm}_upper_elbow'
+    for changed, expected in (
+            (text.replace('0.069', '0.269'), 'lies elsewhere'),
+            (text.replace('</robot>', joint.format('torso', 'base')), 'a loop at the link base'),
+            (text.replace('</robot>', joint.format(*below)), f'a loop at the link {below[1]}'),
+            ('<?xml version="1.0" encoding="x"?><robot/>', 'unknown encoding')):
+        path.write_text(changed)
+        with pytest.raises(DescriptionError, match=expected):
+            urdf.files(settings.model.arm, '', settings.arm, settings.model.effort_model, path)
