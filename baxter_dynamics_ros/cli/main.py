@@ -11,9 +11,9 @@ import signal
 import sys
 from typing import NoReturn
 
-from .terminal import complain, printable
+from .terminal import complain
 from .. import __version__
-from ..model import BaxterDynamicsError
+from ..model import BaxterDynamicsError, printable
 
 # Verb -> the extra of setup.py that it needs. A verb is a module of this folder with its
 # description as docstring, add_arguments(parser) and main(args). It imports what the extra

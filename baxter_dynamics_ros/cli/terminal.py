@@ -10,26 +10,20 @@ import signal
 import sys
 from typing import Any, TYPE_CHECKING
 
-from ..model import BaxterDynamicsError
+from ..model import BaxterDynamicsError, printable
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
 
 
-def printable(text: object) -> str:
-    """Return a text as one line, with unprintable characters as Python escapes."""
-    return ''.join(character if character.isprintable() else
-                   character.encode('unicode_escape').decode() for character in str(text))
-
-
 def say(*lines: object) -> None:
-    """Print lines to stdout; see :func:`printable` and :func:`write`."""
+    """Print lines to stdout; see :func:`.printable` and :func:`write`."""
     write('\n'.join(map(printable, lines)) + '\n')
 
 
 def complain(line: str) -> None:
-    """Print a line to stderr; see :func:`printable`."""
+    """Print a line to stderr; see :func:`.printable`."""
     print(printable(line), file=sys.stderr)
 
 

@@ -20,9 +20,9 @@ from rich.table import Table
 from rich.text import Text
 
 from .monitor import effort_by_joint, Monitor, MonitoredPredictor
-from .terminal import plain_console, printable, say, show, table
+from .terminal import plain_console, say, show, table
 from ..files import write_file
-from ..model import BaxterDynamicsError, JOINTS
+from ..model import BaxterDynamicsError, JOINTS, printable
 from ..nodes import topics
 
 _WAIT = 10.0  # [s] that --once waits by default

@@ -1,4 +1,4 @@
-"""Exceptions raised by this package."""
+"""Exceptions raised by this package, and text from outside in messages."""
 
 
 class BaxterDynamicsError(Exception):
@@ -22,3 +22,9 @@ class ArgumentError(BaxterDynamicsError, ValueError):
         super().__init__(f'{argument}: {problem}')
         self.argument = argument
         self.problem = problem
+
+
+def printable(text: object) -> str:
+    """Return a text as one line, with unprintable characters as Python escapes."""
+    return ''.join(character if character.isprintable() else ascii(character)[1:-1]
+                   for character in str(text))

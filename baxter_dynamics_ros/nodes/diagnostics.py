@@ -14,7 +14,7 @@ from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
-from ..model import Bools, JOINTS
+from ..model import Bools, JOINTS, printable
 
 LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
 _LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]
@@ -202,8 +202,7 @@ class PredictorDiagnostics:
 
 def _listed(names: tuple[str, ...]) -> str:
     """Return the first names of a message, with unprintable characters escaped."""
-    shown = [''.join(c if c.isprintable() else ascii(c)[1:-1] for c in name[:40])
-             for name in names[:_SHOWN]]
+    shown = [printable(name[:40]) for name in names[:_SHOWN]]
     more = len(names) - len(shown)
     return ', '.join(shown) + (f' and {more} more' if more > 0 else '')
 

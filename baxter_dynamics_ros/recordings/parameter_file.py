@@ -16,7 +16,7 @@ import yaml
 from .recording import listed
 from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
-from ..model import ArgumentError, BaxterDynamicsError, Setting
+from ..model import ArgumentError, BaxterDynamicsError, printable, Setting
 from ..model.setting import TYPE_WORDS
 
 NODE = '/torque_predictor'
@@ -100,7 +100,7 @@ def write_parameters(path: str | Path, settings: PredictorSettings,
             for group in groups:
                 place = place.setdefault(group, {})
             place[leaf] = _plain(value)
-    head = ''.join(f'# {_printable(line)}'.rstrip() + '\n' for line in comments)
+    head = ''.join(f'# {printable(line)}'.rstrip() + '\n' for line in comments)
     body = yaml.safe_dump({'/**': {'ros__parameters': tree}}, sort_keys=False, width=95,
                           default_flow_style=None)
     write_file(path, head + body)
@@ -134,11 +134,6 @@ def _ignored(given: dict[str, Any]) -> list[str]:
                 raise ArgumentError(name, f'no such parameter; did you mean {similar[0]}?')
             ignored.append(name)
     return ignored
-
-
-def _printable(text: str) -> str:
-    """Return text with characters escaped that no YAML comment may have, such as line ends."""
-    return ''.join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
 def _plain(value: Any) -> Any:
