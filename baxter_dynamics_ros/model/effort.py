@@ -97,7 +97,7 @@ class EffortModel(Group, prefix='effort_model.'):
     def _require(self, name: str, condition: bool, expected: str) -> None:
         if not condition:
             raise ArgumentError(f'effort_model.{name}',
-                                f'expected {expected}, got {getattr(self, name)}')
+                                f'expected {expected}, got {getattr(self, name).tolist()}')
 
     @classmethod
     def rigid(cls) -> 'EffortModel':

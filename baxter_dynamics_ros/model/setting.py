@@ -66,7 +66,8 @@ class Setting:
         if outside.size:
             name = f'{self.name}[{outside[0]}]' if shapes[0] else self.name
             range_ = f'[{self.lower:g}, {self.upper:g}] {self.unit}'.rstrip()
-            raise ArgumentError(name, f'expected a value in {range_}, got {found[outside[0]]:g}')
+            raise ArgumentError(name, f'expected a value in {range_}, got '
+                                f'{found[outside[0]]:.15g}')
         return found.tolist()
 
     def document(self, name: str) -> str:
