@@ -1,6 +1,5 @@
 """BaxterArm: closed-form dynamics and kinematics of one Baxter arm."""
 
-from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -65,8 +64,9 @@ class BaxterArm:
     def __init__(self, payload: Payload | None = None, gravity: ArrayLike = paper_tables.GRAVITY,
                  mount: ArrayLike | None = None, parameters: ArmParameters | None = None,
                  engine: str = AUTO) -> None:
-        self.payload = _instance('payload', payload, Payload, Payload)
-        self.parameters = _instance('parameters', parameters, ArmParameters, paper_parameters)
+        self.payload = _instance('payload', Payload() if payload is None else payload, Payload)
+        self.parameters = _instance(
+            'parameters', paper_parameters() if parameters is None else parameters, ArmParameters)
         # In the base frame [m/s^2].
         self.gravity_vector = read_only(finite('gravity', gravity, (3,)).copy())
         self.mount = _rigid_transform('mount', np.eye(4) if mount is None else mount)
@@ -171,11 +171,9 @@ def with_gravity(arm: BaxterArm, gravity: ArrayLike) -> BaxterArm:
     return BaxterArm(arm.payload, gravity, arm.mount, arm.parameters, arm.engine)
 
 
-def _instance(name: str, value: object, kind: type[_T], default: Callable[[], _T]) -> _T:
-    if value is None:
-        return default()
+def _instance(name: str, value: object, kind: type[_T]) -> _T:
     if not isinstance(value, kind):
-        raise ArgumentError(name, f'expected a {kind.__name__}, got {value!r}')
+        raise ArgumentError(name, f'expected {kind.__name__}, got {value!r}')
     return value
 
 

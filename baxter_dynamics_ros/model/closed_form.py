@@ -39,7 +39,6 @@ def choose_engine(engine: str) -> str:
         raise ArgumentError(source, f'expected one of {", ".join(ENGINES)}, got {engine!r}')
     if engine == PYTHON:
         return PYTHON
-    installed = find_spec('._compiled', __package__) is not None
     try:
         import_module('._compiled', __package__)
     except ImportError as error:
@@ -47,7 +46,7 @@ def choose_engine(engine: str) -> str:
                   f'C++ compiler and pybind11, or choose {PYTHON!r}')
         if engine == COMPILED:
             raise ArgumentError(source, reason) from None
-        if installed:
+        if find_spec('._compiled', __package__):
             warnings.warn(f'{source}: {reason}; computing in Python', stacklevel=3)
         return PYTHON
     return COMPILED

@@ -1,7 +1,7 @@
 """
 Link parameters: the paper's tables, with two errors of the printed model corrected.
 
-Without corrections the torques are wrong by up to 40 N m. Each can be omitted to see its effect:
+Without corrections the torque of s1 is wrong by 40 N m RMS. Each can be omitted to see its effect:
 
 * :data:`THETA_2_OFFSET`: Table II omits the constant pi/2 of theta_2.
 * :data:`INERTIA_AT_ORIGIN`: eq. (12) needs inertias about the origin of the link frame, but
