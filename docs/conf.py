@@ -19,6 +19,7 @@ extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'sphinx
               'sphinx.ext.viewcode']
 source_suffix = {'.rst': 'restructuredtext', '.md': 'markdown', '.txt': 'markdown'}
 exclude_patterns = ['drawing']
+html_static_path = [str(ROOT / 'docs' / '_static')]
 html_theme_options = {'description': "The dynamics of the Baxter robot's arms",
                       'page_width': '1240px', 'sidebar_width': '270px', 'body_max_width': 'none'}
 myst_enable_extensions = ['amsmath', 'dollarmath']
@@ -30,7 +31,8 @@ napoleon_use_ivar = True
 
 def page(text):
     """Return a page as MyST wants it: equations, links to the README and out of this folder."""
-    text = re.sub(r'```math\n(.*?)```', r'\\begin{equation}\n\1\\end{equation}', text,
+    # equation*: its only number is the paper's, from \tag.
+    text = re.sub(r'```math\n(.*?)```', r'\\begin{equation*}\n\1\\end{equation*}', text,
                   flags=re.DOTALL)
     text = re.sub(r'\$`(.*?)`\$', r'$\1$', text, flags=re.DOTALL)
     text = re.sub(r'\]\((?:\.\./)?README\.md', '](index.txt', text).replace('](docs/', '](')
