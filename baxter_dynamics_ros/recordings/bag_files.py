@@ -72,11 +72,12 @@ def reading(path: Path) -> Iterator[None]:
     except Exception as error:
         if isinstance(error, (FileNotFoundError, NotADirectoryError)) and not path.exists():
             raise BagError(f'{path}: no such file or folder') from None
-        reason = (getattr(error, 'strerror', None) or ' '.join(str(error).split()).rstrip('.')
-                  or type(error).__name__)
+        of_system = getattr(error, 'strerror', None)
+        reason = of_system or ' '.join(str(error).split()).rstrip('.') or type(error).__name__
         repair = _KINDS[path.suffix].repair if path.suffix in _KINDS else ''
-        advice = f'; if it is damaged: `{repair.format(path)}`' if repair else ''
-        raise BagError(f'{path}: cannot be read ({reason}){advice}') from None
+        advice = (f'; if it is damaged: `{repair.format(path)}`' if repair else
+                  '' if of_system else '; is it complete?')
+        raise BagError(f'{path}: cannot be read ({reason:.200}){advice}') from None
 
 
 def open_bag(path: Path, stack: ExitStack) -> tuple[dict[Path, BagFile], bool]:

@@ -39,10 +39,10 @@ def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
     for path in map(Path, paths):
         with reading(path):
             path.stat()
-        if not path.is_file() and not path.is_dir():
-            raise BagError(f'{path}: is neither a file nor a folder')
-        recordings += (read_arrays(path, arm) if path.suffix in ('.npz', '.csv')
-                       else [BagRecording(path, topic, arm)])
+            if not path.is_file() and not path.is_dir():
+                raise BagError(f'{path}: is neither a file nor a folder')
+            recordings += (read_arrays(path, arm) if path.suffix in ('.npz', '.csv')
+                           else [BagRecording(path, topic, arm)])
     return recordings
 
 

@@ -12,15 +12,16 @@ from baxter_dynamics_ros.recordings.bags import open_recordings  # noqa: E402, I
 from baxter_dynamics_ros.recordings.recording import BagError  # noqa: E402
 
 RIGHT, LEFT = joint_names('right'), joint_names('left')
-HEADER = ','.join(['time', *(f'{joint}_{key}' for joint in JOINTS
-                             for key in ('position', 'velocity', 'effort'))])
+HEADER, BOTH = (','.join(['time', *(f'{joint}_{key}' for joint in joints
+                                    for key in ('position', 'velocity', 'effort'))])
+                for joints in (JOINTS, LEFT + RIGHT))
 
 
 @pytest.fixture
 def contents(rng):
     """Return what an .npz file with three recordings of 5, 0 and 3 rows holds."""
     return {'joint_names': np.array(LEFT), 'period': 0.01, 'recording': np.repeat([0, 2], [5, 3]),
-            'recording_names': np.array(['spiral', 'nothing', 'random']),
+            'recording_names': np.array(['spiral', 'nothing', 'random']), 'note': np.array(None),
             **{key: rng.normal(size=(8, 7)) for key in ('position', 'velocity', 'effort')}}
 
 
@@ -66,12 +67,14 @@ def test_npz_with_stamps_and_a_single_recording(contents, save):
         found = [state.stamp_ns for state in recording]
         assert np.abs(found - whole).max() < 1000  # the resolution of such a double [ns]
         assert_rows(recording, contents, slice(0, 8), found)
+    (small,) = open_recordings([save({**contents, 'stamp': np.arange(8, dtype=np.uint8)})])
+    assert small.stamps_ns.tolist() == [10**9 * i for i in range(8)]
 
 
 @pytest.mark.parametrize('prefix, arm, wanted', [
     ('', None, RIGHT), ('', 'left', LEFT), ('left_', None, LEFT)])
 def test_csv(contents, tmp_path, prefix, arm, wanted):
-    columns = {'time': np.arange(8) * 0.02, 'gripper': np.zeros(8), **{
+    columns = {'time': np.arange(8) * 0.02, 'note': np.full(8, 'wide'), **{
         f'{prefix}{joint}_{key}': contents[key][:, i] for key in ('effort', 'position', 'velocity')
         for i, joint in enumerate(JOINTS)}}
     rows = zip(*(column.tolist() for column in columns.values()))
@@ -89,7 +92,8 @@ def test_csv(contents, tmp_path, prefix, arm, wanted):
 @pytest.mark.parametrize('text, reason', [
     ('', 'expected columns time, s0_position'), ('time,s0_position\n1,2\n', 'expected columns'),
     ('\0', 'expected columns|cannot be read'),
-    (f'{HEADER}\n\n', 'has no rows'), (f'{HEADER}\n1,x\n', 'cannot be read as .csv')])
+    (f'{HEADER}\n\n# none\n', 'has no rows'), (f'{HEADER}\n1,x\n', 'cannot be read .could not'),
+    (f'{BOTH}\n0{42 * ",0"}', "run has both arms' joints: choose --arm right or --arm left")])
 def test_csv_faults(tmp_path, text, reason):
     (tmp_path / 'run.csv').write_text(text)
     assert_refused(tmp_path / 'run.csv', reason)
@@ -109,7 +113,7 @@ def assert_refused(path, reason, **options):
     ({'period': np.nan}, 'period must be a number of seconds up to 1, is nan'),
     ({'period': np.full(2, 0.01)}, r'period must be a number of seconds up to 1, is \[0.01 0.01'),
     ({'stamp': 0.01 * np.arange(7)}, r'stamp must have 8 numbers .*, is float64 \(7,\)$'),
-    ({'effort': None}, 'cannot be read as .npz; is it complete?'),
+    ({'effort': None}, 'cannot be read .*; is it complete?'),
     ({'effort': np.zeros((7, 7))}, r'effort must have 8 rows of 7 numbers .*\(7, 7\)$'),
     ({'velocity': np.full((8, 7), 'fast')}, 'velocity must have 8 rows of 7 numbers .*, is <U'),
     ({'joint_names': RIGHT[:6] + LEFT[:1]}, "spiral has both arms' joints: choose --arm right"),
@@ -130,7 +134,7 @@ def test_missing_arrays_and_wrong_arm(contents, save):
 
 
 @pytest.mark.parametrize('content', [b'', b'hello', b'PK\x03\x04' + 50 * b'x', 'array', 'cut',
-                                     'size'])
+                                     'size', 'method'])
 def test_other_files_named_npz(tmp_path, contents, save, content):
     path = save(contents)
     if content == 'cut':
@@ -139,12 +143,16 @@ def test_other_files_named_npz(tmp_path, contents, save, content):
         with path.open('wb') as file:
             np.save(file, np.zeros(3))
     elif content == 'size':  # declared, but neither there nor allocated
-        with zipfile.ZipFile(path, 'a') as archive, archive.open('other.npy', 'w') as file:
+        with zipfile.ZipFile(path, 'a') as archive, archive.open('stamp.npy', 'w') as file:
             np.lib.format.write_array_header_1_0(file, {
                 'shape': (10**12, 7), 'fortran_order': False, 'descr': '<f8'})
+    elif content == 'method':  # of compression, which zipfile does not know
+        data = path.read_bytes()
+        at = data.rindex(b'PK\1\2') + 10
+        path.write_bytes(data[:at] + b'\x63' + data[at + 1:])
     else:
         path.write_bytes(content)
-    assert_refused(path, 'cannot be read as .npz; is it complete?')
+    assert_refused(path, 'cannot be read .*; is it complete?')
 
 
 def test_bags_and_arrays_in_the_order_given(make_bag, contents, save):
