@@ -149,7 +149,7 @@ def _check(file: Path) -> None:
         raise BagError(f'{file}: is empty')
     if not start.startswith(kind.start):
         raise BagError(f'{file}: is not {kind.noun}, despite its name')
-    if kind is _MCAP and not end.endswith(start[:8]):
+    if kind is _MCAP and end[8:] != start[:8]:
         raise BagError(f'{file}: is truncated{_KILLED}: `{kind.repair.format(file)}`')
 
 

@@ -19,8 +19,8 @@ def largest(path):
     return path if path.is_file() else max(path.iterdir(), key=lambda file: file.stat().st_size)
 
 
-def cut(path, fraction=0.6):
-    os.truncate(path, int(path.stat().st_size * fraction))
+def cut(path, size=None):
+    os.truncate(path, path.stat().st_size * 6 // 10 if size is None else size)
     return path
 
 
@@ -110,7 +110,7 @@ BROKEN = {
                       'metadata.yaml lists files that are missing: run.mcap; restore them'),
     'cut mcap': (lambda make, tmp: cut(make(states(20)) / 'run.mcap'),
                  'is truncated .*: `mcap recover .*/run.mcap -o repaired.mcap`$'),
-    'cut folder': (lambda make, tmp: cut(make(states(20)) / 'run.mcap').parent,
+    'cut folder': (lambda make, tmp: cut(make(states(20)) / 'run.mcap', 8).parent,
                    '^.*/run/run.mcap: is truncated .*: `mcap recover .*/run.mcap'),
     'cut db3': (lambda make, tmp: cut(make(states(200), 'sqlite3') / 'run.db3'),
                 r'cannot be read \(.*malformed\); if .*: `sqlite3 .*/run.db3 .recover \| sqlite3'),
