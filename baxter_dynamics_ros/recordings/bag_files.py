@@ -57,7 +57,7 @@ _ROS1 = _Kind(b'#ROSBAG V2.0', 'a ROS 1 bag of version 2.0', 'rosbag reindex {}'
 _KINDS = {'.mcap': _MCAP, '.bag': _ROS1, '.active': _ROS1,
           '.db3': _Kind(b'SQLite format 3\0', 'an SQLite file',
                         'sqlite3 {} .recover | sqlite3 repaired.db3'),
-          '.zstd': _Kind(b'\x28\xb5\x2f\xfd', 'a zstd file')}
+          '.zstd': _Kind(zstandard.FRAME_HEADER, 'a zstd file')}
 
 
 @contextmanager
@@ -80,34 +80,31 @@ def reading(path: Path) -> Iterator[None]:
         raise BagError(f'{path}: cannot be read ({reason:.200}){advice}') from None
 
 
-def open_bag(path: Path, stack: ExitStack) -> tuple[dict[Path, BagFile], bool]:
+def open_bag(path: Path, stack: ExitStack) -> dict[Path, BagFile]:
     """
-    Return the files of a bag, open until the stack closes, and whether messages are compressed.
+    Return the files of a bag, open until the stack closes.
 
     A bag is a rosbag2 folder, one of its files (compressed or not), or a ROS 1 bag.
     """
-    files, is_compressed = [path], False
-    if path.is_dir():
-        files, is_compressed = _files_of(path)
-    elif path.suffix not in _KINDS:
+    files = _files_of(path) if path.is_dir() else [path]
+    if not path.is_dir() and path.suffix not in _KINDS:
         raise BagError(f'{path}: ' + (
             f'is part of a bag: name the folder {path.parent}'
             if (path.parent / _METADATA).exists() else
             'is not a bag: expected a rosbag2 folder, or a file ending in .mcap, .mcap.zstd, '
             '.db3, .bag, .npz or .csv'))
-    return {file: _open(file, stack) for file in files}, is_compressed
+    return {file: _open(file, stack) for file in files}
 
 
-def _files_of(folder: Path) -> tuple[list[Path], bool]:
-    """Return the files of a rosbag2 folder, and whether each message is compressed."""
+def _files_of(folder: Path) -> list[Path]:
+    """Return the files of a rosbag2 folder."""
     metadata = folder / _METADATA
     if not metadata.exists():
         raise BagError(f'{folder}: {_without_metadata(folder)}')
     text = metadata.read_bytes()
     try:
-        content = yaml.safe_load(text)['rosbag2_bagfile_information']
-        files = [folder / Path(name).name for name in content['relative_file_paths']]
-        is_compressed = str(content.get('compression_mode') or '').lower() == 'message'
+        names = yaml.safe_load(text)['rosbag2_bagfile_information']['relative_file_paths']
+        files = [folder / Path(name).name for name in names]
     except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         raise BagError(f'{metadata}: is not the metadata of a bag: `ros2 bag reindex {folder}` '
                        'writes a new one') from None
@@ -115,7 +112,7 @@ def _files_of(folder: Path) -> tuple[list[Path], bool]:
     if missing:
         raise BagError(f'{folder}: {_METADATA} lists files that are missing: {missing}; restore '
                        f'them, or remove them from the list: `ros2 bag reindex {folder}`')
-    return files, is_compressed
+    return files
 
 
 def _without_metadata(folder: Path) -> str:

@@ -64,7 +64,7 @@ class BagRecording(Recording):
         """Open the bag and find topic and arm."""
         with ExitStack() as stack:
             with reading(self.path):
-                self._files, self._is_compressed = open_bag(self.path, stack)
+                self._files = open_bag(self.path, stack)
             self._channels = [channel for file in self._files.values()
                               for channel in file.channels.values() if channel.count]
             self._choose(*self._wanted)
@@ -124,8 +124,7 @@ class BagRecording(Recording):
 
     def _state(self, channel: Channel, received_ns: int, raw: bytes) -> RecordedState:
         try:
-            message = _decode(channel.encoding,
-                              _decompress(raw) if self._is_compressed else raw)
+            message = _decode(channel.encoding, raw)
         except Exception as error:  # a damaged message makes the parser raise anything
             raise BagError(f'{self.path}: {channel.topic}: the message received at {received_ns} '
                            f'ns is not a joint state ({error})') from None
@@ -137,6 +136,8 @@ class BagRecording(Recording):
 def _decode(encoding: str, raw: bytes) -> Any:
     if encoding == 'ros1':
         return type_store(Stores.ROS1_NOETIC).deserialize_ros1(raw, JOINT_STATE)
+    if raw.startswith(zstandard.FRAME_HEADER):  # CDR begins with 0
+        raw = _decompress(raw)
     decode = type_store(Stores.ROS2_JAZZY).deserialize_cdr
     for padding in _PADDING:
         try:

@@ -46,9 +46,10 @@ def test_plays_what_was_recorded(make_bag, kind, compression):
         assert_played(recording, STATES)  # and again
 
 
-@pytest.mark.parametrize('kind, ending', [('mcap', '.mcap'), ('sqlite3', '.db3')])
-def test_one_file_of_a_folder(make_bag, monkeypatch, kind, ending):
-    monkeypatch.chdir(make_bag(STATES, kind))
+@pytest.mark.parametrize('kind, ending, compression', [
+    ('mcap', '.mcap', 'MESSAGE'), ('sqlite3', '.db3', None)])
+def test_one_file_of_a_folder(make_bag, monkeypatch, kind, ending, compression):
+    monkeypatch.chdir(make_bag(STATES, kind, compression=compression))
     with BagRecording(Path(f'run{ending}')) as recording:
         assert recording.name == 'run'
         assert_played(recording, STATES)
