@@ -202,14 +202,13 @@ def lag_and_scale(sums: Array) -> tuple['Lag | None', float]:
     """Return the lag, and travel over integrated velocity; None and NaN if no joint moved."""
     products, squares = sums.swapaxes(0, 1)
     moves = squares > 1e-3 * squares.max(axis=1, keepdims=True)  # more than hardly
+    if not moves.any(axis=1).all():  # also if joints move, but all velocities are zero
+        return None, np.nan
     lags, scales = np.divide(products, squares, out=np.full_like(sums[0], np.nan), where=moves)
-    scale = float(np.nanmedian(scales)) if np.isfinite(scales).any() else np.nan
-    known = lags[np.isfinite(lags)]
-    if not len(known):
-        return None, scale
+    known = lags[moves[0]]
     value = float(np.median(known))
     spread = float(np.std(known, ddof=1)) if len(known) > 1 else abs(value)
-    return Lag(value, spread / float(np.sqrt(len(known))), lags), scale
+    return Lag(value, spread / float(np.sqrt(len(known))), lags), float(np.nanmedian(scales))
 
 
 def find_contacts(time: Array, residual: Array, q: Array, recording: str = '') -> list[Contact]:
