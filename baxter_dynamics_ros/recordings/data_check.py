@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .playback import Lag, lag_and_scale, Samples, TRAVEL, velocity_sums
+from ..estimation.continuity import GAP
 from ..estimation.events import Event
 from ..estimation.settings import PredictorSettings
 from ..model import Array, Bools, EffortModel, JOINTS, N_JOINTS, S1
@@ -84,7 +85,7 @@ class RunningCheck:
     def add(self, part: Samples) -> None:
         """Add consecutive samples that have an effort."""
         steps = np.diff(part.time)
-        self._duration += float(steps[(steps > 0.0) & (steps < 0.3)].sum())
+        self._duration += float(steps[(steps > 0.0) & (steps <= GAP)].sum())
         self._velocity += velocity_sums(part)
         rows = np.stack([part.q, part.qd, part.qdd, part.effort], axis=1)
         self._rows = np.concatenate([self._rows, rows[-self._seen % self._stride::self._stride]])

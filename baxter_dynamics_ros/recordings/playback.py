@@ -27,7 +27,8 @@ TRAVEL = 0.05  # range of position within which a joint counts as at rest [rad]
 
 _NOTHING = np.full(N_JOINTS, np.nan)
 _FEW = 20  # intervals below which nothing can be concluded
-_BREAK = 0.15  # time between samples that ends a segment [s]
+# Time between samples that ends a segment: a restarted filter settles for 0.21 s by default [s].
+_BREAK = 0.15
 _INTERVAL = 1.0  # of the integration of velocity [s]
 _SLOPE = 0.02  # half the interval of the slope of position [s]
 _SHORTEST = 0.1  # duration for which the residual must exceed its limit [s]
