@@ -160,8 +160,9 @@ class _Run:
             yield Notice('contact', f'contact: {contact}', (contact.joint,))
         counts = self.predictor.counts
         if not counts['predicted']:
-            yield Notice('nothing', "nothing could be predicted: the arm's joint states are too "
-                         'few, or too often interrupted for the filter to settle')
+            yield Notice('nothing', f'nothing could be predicted: {counts["taken"]} of '
+                         f'{counts["received"]} joint states are valid, too few or too often '
+                         'interrupted for the filter to settle')
         elif counts['predicted'] < _FEW:
             yield Notice('few', f'only {counts["predicted"]} predictions: these statistics mean '
                          'little')

@@ -180,6 +180,12 @@ def test_without_velocity_the_first_difference_is_left_out():
     assert 'velocity_missing' in {notice.kind for notice in found.notices}
 
 
+def test_a_recording_of_which_no_message_is_valid_is_a_warning():
+    recording = Recording()
+    recording.q[:, 2] = np.nan
+    assert '0 of 600 joint states are valid' in str(evaluate(recording).notices[0])
+
+
 def test_stamps_that_are_times_of_arrival_are_a_warning(case):
     jitter = np.random.default_rng(0).uniform(0.0, 0.009, 600)
     stamps = START + (1e9 * np.sort(0.01 * np.arange(600) + jitter)).astype(int)
