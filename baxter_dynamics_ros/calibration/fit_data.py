@@ -163,7 +163,7 @@ def check_data(motions: list[Motion], settings: PredictorSettings) -> DataCheck:
         running.add(motion)
     check = running.result()
     assert check is not None  # they are long enough
-    reasons = [problem.text for problem in check.problems if problem.refuses]
+    reasons = [str(problem) for problem in check.problems if problem.refuses]
     if reasons:
         raise CalibrationError('; '.join(reasons))
     return check

@@ -34,7 +34,7 @@ class Verdict(NamedTuple):
 class Advice(NamedTuple):
     """Something to do next."""
 
-    kind: str  # calibrate, payload, zero; of a data check: sign, order, unit, simulation, ...
+    kind: str  # calibrate, payload or zero; or a problem found by the data check
     text: str  # one sentence
     command: str = ''
 
@@ -46,23 +46,10 @@ class Assessment(NamedTuple):
     advice: tuple[Advice, ...] = ()
 
 
-# Problem found by the data check -> what to do.
-_REMEDIES = {
-    'effort_sign': Advice('sign', 'Negate the effort where it is published or converted.'),
-    'joints_exchanged': Advice('order', 'Give each value the name of its joint: the robot '
-                               'publishes e0 e1 s0 s1 w0 w1 w2.'),
-    'effort_scale': Advice('unit', 'Convert the effort to N m.'),
-    'velocity_scale': Advice('unit', 'Convert the velocity to rad/s, and check the period of the '
-                             'stamps.'),
-    'effort_constant': Advice('effort', 'Record a robot or a simulator that measures effort.'),
-    'no_gravity': Advice('simulation', 'For a simulator without gravity, use a copy of '
-                         'simulation.yaml with gravity [0.0, 0.0, 0.0]; otherwise record the '
-                         'effort with gravity.'),
-    'no_springs': Advice('simulation', 'Use the parameters of a simulator.',
-                         '{evaluate} --params {simulation}'),
-    'springs': Advice('robot', 'Use the parameters of a real robot.', '{evaluate}'),
-    'moved_by_hand': Advice('motion', 'Record a motion made by the motors; this shows one:',
-                            'baxter_dynamics calibrate --plan')}
+# Problem found by the data check -> command that continues after the remedy.
+_COMMANDS = {'no_springs': '{evaluate} --params {simulation}',
+             'springs': '{evaluate} --params {robot}',
+             'moved_by_hand': 'baxter_dynamics calibrate --plan'}
 
 
 def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: PredictorSettings,
@@ -72,13 +59,13 @@ def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: Predi
 
     The recordings are named with their options, as on the command line.
     """
-    problems = [notice for evaluation in evaluations for notice in evaluation.notices
-                if notice.kind in _REMEDIES]
+    problems = [problem for evaluation in evaluations if evaluation.check is not None
+                for problem in evaluation.check.problems if problem.kind != 'velocity_lag']
     evaluate = f'baxter_dynamics evaluate {recordings} --force'
     if problems:
         verdict = Verdict('wrong_data', 'The data do not match the model of these settings: '
-                          f'{problems[0].text}.', problems[0].joints)
-        return Assessment(verdict, tuple(_corrections(problems, evaluate)))
+                          f'{problems[0].finding}.', problems[0].joints)
+        return Assessment(verdict, tuple(_corrections(problems, evaluations[0].arm, evaluate)))
     if 'lagrange_euler' not in total.methods:
         return Assessment(Verdict('no_effort',
                                   'There is no valid measured effort to compare with.'))
@@ -106,12 +93,11 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
                    names_of(larger))
 
 
-def _corrections(problems: list[Notice], evaluate: str) -> Iterator[Advice]:
-    kinds = {notice.kind for notice in problems}
-    for kind, advice in _REMEDIES.items():
-        if kind in kinds:
-            yield advice._replace(command=advice.command.format(
-                evaluate=evaluate, simulation=_config('simulation.yaml')))
+def _corrections(problems: list[Notice], arm: str, evaluate: str) -> Iterator[Advice]:
+    for kind, remedy in dict.fromkeys((problem.kind, problem.remedy) for problem in problems):
+        yield Advice(kind, f'{remedy[0].upper()}{remedy[1:]}.', _COMMANDS.get(kind, '').format(
+            evaluate=evaluate, simulation=_config('simulation.yaml'),
+            robot=_config(f'{arm}_arm.yaml')))
 
 
 def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recordings: str,

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .playback import Lag, lag_and_scale, Samples, TRAVEL, velocity_sums
-from ..estimation.continuity import GAP
+from .playback import Lag, lag_and_scale, Samples, stamp_statistics, TRAVEL, velocity_sums
 from ..estimation.events import Event
 from ..estimation.settings import PredictorSettings
 from ..model import Array, Bools, EffortModel, JOINTS, N_JOINTS, S1
@@ -30,14 +29,15 @@ class Notice:
     """A warning about a recording or a fit."""
 
     kind: str  # such as 'effort_sign' or the value of an event
-    text: str  # one sentence with numbers and, if there is one, the remedy
+    finding: str  # one sentence with numbers
     joints: tuple[str, ...] = ()  # joints concerned; empty for all or none
     recording: str = ''  # recording concerned; empty for all
     refuses: bool = False  # whether a calibration must not use the data
+    remedy: str = ''
 
     def __str__(self) -> str:
-        """Return the text, preceded by the recording if there is one."""
-        return f'{self.recording}: {self.text}' if self.recording else self.text
+        """Return recording, finding and remedy, as far as they are given."""
+        return ': '.join(filter(None, (self.recording, self.finding, self.remedy)))
 
 
 class Gain(NamedTuple):
@@ -84,8 +84,7 @@ class RunningCheck:
 
     def add(self, part: Samples) -> None:
         """Add consecutive samples that have an effort."""
-        steps = np.diff(part.time)
-        self._duration += float(steps[(steps > 0.0) & (steps <= GAP)].sum())
+        self._duration += stamp_statistics(np.diff(part.time)).duration
         self._velocity += velocity_sums(part)
         rows = np.stack([part.q, part.qd, part.qdd, part.effort], axis=1)
         self._rows = np.concatenate([self._rows, rows[-self._seen % self._stride::self._stride]])
@@ -167,32 +166,34 @@ def _overall(data: _Data) -> tuple[Array, Array]:
 
 def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
     """Yield the problems; the first rule that finds one hides those after it."""
-    for joint in np.flatnonzero(data.constant):
-        yield Notice('effort_constant', f'effort of {JOINTS[joint]} is always '
-                     f'{data.measured[0, joint]:g} N m: it is not measured',
-                     (JOINTS[joint],), refuses=True)
+    if data.constant.any():
+        yield Notice('effort_constant', 'measured effort is constant '
+                     f'({_numbers(data.constant, data.measured[0])} N m)',
+                     names_of(data.constant), refuses=True,
+                     remedy='record a robot or a simulator that measures effort')
     scale, lag = check.velocity_scale, check.lag
     if not np.isnan(scale) and not 0.8 < scale < 1.25:
-        cause = ('their signs are opposite' if scale < 0.0 else
-                 'convert velocities from degrees per second to rad/s'
-                 if 0.8 < np.degrees(scale) < 1.25 else
-                 f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
-                 'or velocities are not in rad/s')
+        remedy = ('negate the velocities, whose signs are opposite' if scale < 0.0 else
+                  'convert velocities from degrees per second to rad/s'
+                  if 0.8 < np.degrees(scale) < 1.25 else
+                  f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
+                  'or velocities are not in rad/s')
         yield Notice('velocity_scale', f'positions change by {scale:.3g} times the integral of '
-                     f'the velocities, instead of 1: {cause}', refuses=True)
+                     'the velocities, instead of 1', refuses=True, remedy=remedy)
         return
     for rule in (_exchanged, _sign, _without_gravity, _scale, _hand_guided, _springs):
-        kind, where, text = rule(data, check)
+        kind, where, finding, remedy = rule(data, check)
         if where.any():
-            yield Notice(kind, text, names_of(where), refuses=kind != 'springs')
+            yield Notice(kind, finding, names_of(where), refuses=kind != 'springs', remedy=remedy)
             break
     if lag is not None and abs(lag.value - USUAL_LAG) >= max(0.009, 3 * lag.uncertainty):
         yield Notice('velocity_lag', f'velocities lag positions by {1e3 * lag.value:.1f} ± '
                      f'{1e3 * lag.uncertainty:.1f} ms; Baxter has {1e3 * USUAL_LAG:.0f} ms, a '
-                     'simulator none: check the period of the stamps and the source of velocities')
+                     'simulator none',
+                     remedy='check the period of the stamps and the source of velocities')
 
 
-_Found = tuple[str, Bools, str]  # kind of the problem, joints that have it (7,), text
+_Found = tuple[str, Bools, str, str]  # kind, joints concerned (7,), finding, remedy
 
 
 def _exchanged(data: _Data, check: DataCheck) -> _Found:
@@ -209,7 +210,8 @@ def _exchanged(data: _Data, check: DataCheck) -> _Found:
     where = best != _SAME
     fits = ', '.join(f'{JOINTS[i]} fits {JOINTS[best[i]]}' for i in np.flatnonzero(where))
     return ('joints_exchanged', where, f'{exchanged} of {", ".join(names_of(where))} look '
-            f'exchanged ({fits}): check the order of the names')
+            f'exchanged ({fits})', 'give each value the name of its joint; the robot publishes '
+            'e0 e1 s0 s1 w0 w1 w2')
 
 
 def _exchanged_joints(data: _Data, cost: float) -> Any:
@@ -233,8 +235,9 @@ def _cost(errors: Array) -> Array:
 
 def _sign(data: _Data, check: DataCheck) -> _Found:
     negative = (check.correlation < -0.6) & (data.predicted.std(0) > 0.3)
-    return ('effort_sign', negative, 'measured effort has the opposite sign of the prediction at '
-            f'{_numbers(negative, check.correlation, "correlation ")}: negate it')
+    return ('effort_sign', negative, 'measured effort has the opposite sign of the prediction '
+            f'(correlation {_numbers(negative, check.correlation)})',
+            'negate it where it is published or converted')
 
 
 def _without_gravity(data: _Data, check: DataCheck) -> _Found:
@@ -242,9 +245,9 @@ def _without_gravity(data: _Data, check: DataCheck) -> _Found:
     removed = gravity < 0.4 and not check.inertial.median() < 0.4
     joints = check.gravity.known & _BEARS_LOAD & removed
     return ('no_gravity', joints, f'measured effort has {gravity:.2f} of the torque of gravity '
-            f'({_numbers(joints, check.gravity.value)}), instead of 1: effort without gravity '
-            'compensation cannot be compared; for a simulator without gravity use '
-            'simulation.yaml with gravity [0, 0, 0]')
+            f'({_numbers(joints, check.gravity.value)}), instead of 1',
+            'record the effort with gravity; for a simulator without gravity use a copy of '
+            'simulation.yaml with gravity [0.0, 0.0, 0.0]')
 
 
 def _scale(data: _Data, check: DataCheck) -> _Found:
@@ -253,19 +256,19 @@ def _scale(data: _Data, check: DataCheck) -> _Found:
     is_usual = (check.gain > 0.45) & (check.gain < 2.2) & (0.6 < overall < 1.7)
     odd = bearing & ~is_usual
     return ('effort_scale', odd, 'measured effort is the predicted effort times '
-            f'{_numbers(odd, check.gain)}: check its unit')
+            f'{_numbers(odd, check.gain)}', 'check its unit; convert it to N m')
 
 
 def _hand_guided(data: _Data, check: DataCheck) -> _Found:
     inertial = check.inertial.median()
     joints = check.inertial.known & _BEARS_LOAD & (inertial < 0.35)
     negative = joints & (check.coulomb < 0.0)
-    friction = ', and friction is negative (%s)' % _numbers(
-        negative, check.coulomb, unit=' N m') if negative.any() else ''
+    friction = (f', and friction is negative ({_numbers(negative, check.coulomb)} N m)'
+                if negative.any() else '')
     return ('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial and '
             f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}: '
-            'the motors did not make this motion. An arm moved by hand cannot be calibrated: '
-            'record a motion made by the motors')
+            'the motors did not make this motion', 'an arm moved by hand cannot be calibrated; '
+            'record a motion made by the motors, such as that of calibrate --plan')
 
 
 def _springs(data: _Data, check: DataCheck) -> _Found:
@@ -273,18 +276,18 @@ def _springs(data: _Data, check: DataCheck) -> _Found:
     share = f"measured effort of s1 has {value:.2f} of the springs' torque, "
     s1 = _SAME == S1
     if data.settings.model.effort_model.has_spring:
-        return ('no_springs', s1 & (value < 0.4), share + 'instead of 1: simulators have no '
-                'springs; use simulation.yaml')
-    return ('springs', s1 & (value > 0.6), share + 'which these settings omit: for a real robot '
-            'enable effort_model')
+        return ('no_springs', s1 & (value < 0.4), share + 'instead of 1',
+                'for a simulator, which has no springs, use simulation.yaml')
+    return ('springs', s1 & (value > 0.6), share + 'which these settings omit',
+            'for a real robot enable effort_model')
 
 
 def event_notices(counts: Mapping[Any, int], recording: str = '') -> Iterator[Notice]:
     """Yield a notice for each event of a stream for which there is a remedy."""
     for event in Event:
         if event.remedy and counts.get(event):
-            yield Notice(event.value, f'{counts[event]} x {event.value}: {event.remedy}',
-                         recording=recording)
+            yield Notice(event.value, f'{counts[event]} x {event.value}', recording=recording,
+                         remedy=event.remedy)
 
 
 def names_of(where: Bools) -> tuple[str, ...]:
@@ -292,5 +295,5 @@ def names_of(where: Bools) -> tuple[str, ...]:
     return tuple(JOINTS[i] for i in np.flatnonzero(where))
 
 
-def _numbers(where: Bools, values: Array, before: str = '', unit: str = '') -> str:
-    return ', '.join(f'{JOINTS[i]} {before}{values[i]:.2f}{unit}' for i in np.flatnonzero(where))
+def _numbers(where: Bools, values: Array) -> str:
+    return ', '.join(f'{JOINTS[i]} {values[i]:.2f}' for i in np.flatnonzero(where))

@@ -179,7 +179,7 @@ def summary_json(evaluations: Sequence[Evaluation], total: Statistics,
                 'name', 'topic', 'arm', 'duration', 'rate', 'counts')},
             'warnings': [str(notice) for notice in evaluation.notices],
             'contacts': evaluation.contacts,
-            'notices': [{'kind': notice.kind, 'joints': notice.joints, 'text': notice.text}
+            'notices': [{'kind': notice.kind, 'joints': notice.joints, 'text': str(notice)}
                         for notice in evaluation.notices],
             **_statistics(evaluation),
         } for evaluation in evaluations],

@@ -120,7 +120,7 @@ def test_terms_that_predict_worse_are_given_up_unless_asked_for(monkeypatch, onl
                     one.after[:] *= 30.0
     monkeypatch.setattr(fit, 'Fit', Spoiled)
     found = calibrate(recordings('friction'), only=only)
-    given_up = [notice.text for notice in found.notices if notice.kind == 'given_up']
+    given_up = [notice.finding for notice in found.notices if notice.kind == 'given_up']
     if only:
         assert found.of_term('coulomb') and not given_up
     else:

@@ -1,5 +1,6 @@
 """Verdict and advice of an evaluation, for recordings with a known cause of the residual."""
 
+from pathlib import Path
 import re
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
@@ -11,6 +12,7 @@ from baxter_dynamics_ros.recordings.advice import assess  # noqa: E402, I100
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa: E402
 from baxter_dynamics_ros.recordings.recording import ArrayRecording  # noqa: E402
 
+REPOSITORY = Path(__file__).parents[2]
 FRICTION = {'effort_model.coulomb': [0.5, 0.6, 0.4, 0.3, 0.1, 0.1, 0.1],
             'effort_model.dahl': [0.5, 0.6, 0.4, 0.3, 0.1, 0.1, 0.1]}
 EXPECTED = {'effort_model.deviation': [0.3, 0.4, 0.2, 0.2, 0.1, 0.1, 0.1],
@@ -63,18 +65,22 @@ def test_causes_of_a_residual_are_named(assessed, truth, kind, text, command):
 
 
 @pytest.mark.parametrize('change, kind', [
-    (lambda effort: -effort, 'sign'), (lambda effort: 0.1 * effort, 'unit'),
-    (lambda effort: effort[[0, 1, 3, 2, 4, 5, 6]], 'order'),
-    (lambda effort: effort * (np.arange(7) != 3), 'effort')])
+    (lambda effort: -effort, 'effort_sign'), (lambda effort: 0.1 * effort, 'effort_scale'),
+    (lambda effort: effort[[0, 1, 3, 2, 4, 5, 6]], 'joints_exchanged'),
+    (lambda effort: effort * (np.arange(7) != 3), 'effort_constant')])
 def test_wrong_data_are_corrected_before_anything_else(assessed, change, kind):
     found, _, kinds = assessed(change=change)
     assert (found.verdict.kind, kinds) == ('wrong_data', [kind])
+    assert found.advice[0].text[0].isupper() and found.advice[0].text not in found.verdict.text
 
 
-def test_simulators_need_their_own_parameters(assessed):
-    found, _, kinds = assessed({'effort_model.enabled': False})
-    assert (found.verdict.kind, kinds) == ('wrong_data', ['simulation'])
-    assert found.advice[0].command.endswith('simulation.yaml')
+@pytest.mark.parametrize('truth, values, kind, file', [
+    ({'effort_model.enabled': False}, {}, 'no_springs', 'simulation.yaml'),
+    ({}, {'effort_model.enabled': False}, 'springs', 'right_arm.yaml')])
+def test_robots_and_simulators_need_their_own_parameters(assessed, truth, values, kind, file):
+    found, _, kinds = assessed(truth, values)
+    assert (found.verdict.kind, kinds) == ('wrong_data', [kind])
+    assert found.advice[0].command.endswith(f'--params {REPOSITORY}/config/{file}')
 
 
 def test_no_effort_is_no_verdict_on_the_model(assessed):
