@@ -2,8 +2,9 @@
 Print a warning while something touches the arm: the joints, the torques, and the duration.
 
 The residual shows the motors working against the push, with the opposite sign and a longer delay.
-A joint is printed if its external torque exceeds the error of an uncalibrated model. A watchdog
-warns if no messages arrive, because contact is then unknown.
+Joints are printed whose external torque exceeds the error of an uncalibrated model, or else the
+joint that comes nearest to it. A watchdog warns if no messages arrive, because contact is then
+unknown.
 
 Run: python examples/contact_warning.py
 """
@@ -55,12 +56,12 @@ class ContactWarning(Node):
             print(f'no messages for {SILENCE:g} s: contact is unknown', flush=True)
             self.heard, self.began = inf, 0.0  # warn once
         elif self.began:
-            ratio = {joint: abs(self.external[joint]) / MODEL_ERROR[joint]
-                     for joint in self.external}
+            ratio = {joint: abs(torque) / MODEL_ERROR[joint]
+                     for joint, torque in self.external.items()}
             print(f'contact for {monotonic() - self.began:.1f} s [N m]:', ', '.join(
                 f'{joint} external {self.external[joint]:+.1f} '
                 f'residual {self.residual.get(joint, 0.0):+.1f}'
-                for joint in ratio if ratio[joint] >= min(1.0, *ratio.values())), flush=True)
+                for joint in ratio if ratio[joint] >= min(1.0, max(ratio.values()))), flush=True)
 
 
 def main() -> None:

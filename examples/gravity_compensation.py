@@ -16,14 +16,14 @@ from contextlib import suppress
 from time import monotonic
 
 from baxter_dynamics_interfaces.srv import GravityTorques
-from baxter_dynamics_ros import JOINTS
+from baxter_dynamics_ros import joint_names, JOINTS
 import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-NAMES = [f'right_{joint}' for joint in JOINTS]
+NAMES = joint_names('right')
 DAMPING = np.array([2.0, 2.0, 0.5, 1.0, 0.02, 0.05, 0.005])  # [N m s/rad]; stops in about 1 s
 PATIENCE = 0.15  # timeout of a request [s]; after 0.2 s without torques the robot holds itself
 

@@ -1,6 +1,8 @@
 """
 Linearise the arm about its two equilibria, hanging and upright, and about a state in motion.
 
+Joint stops are ignored: the arm could not hang straight down.
+
 With x = (q, qd) and u = tau, d(dx)/dt = A dx + B du, where A and B come from the gradient of the
 inverse dynamics: d(qdd)/dq = -M^-1 d(tau)/dq and d(qdd)/d(qd) = -M^-1 d(tau)/d(qd). Eigenvalues
 of A describe the free motion; central differences of the forward dynamics verify A and B.
@@ -49,7 +51,7 @@ def describe(eigenvalue):
     """Return a description of a pair of eigenvalues and the motion along their eigenvectors."""
     size = abs(eigenvalue)
     if size < 1e-3:
-        return f'+-{size:7.3f}  1/s   drifts: gravity does not see it'
+        return f'+-{size:7.3f}  1/s   drifts: gravity has no effect'
     if abs(eigenvalue.imag) > abs(eigenvalue.real):
         return f'+-{size:7.3f}j 1/s   swings at {size / (2.0 * np.pi):.2f} Hz'
     return f'+-{size:7.3f}  1/s   falls: doubles in {np.log(2.0) / size:.3f} s'

@@ -11,14 +11,14 @@ from argparse import ArgumentParser
 from contextlib import suppress
 from time import monotonic
 
-from baxter_dynamics_ros import BaxterArm, Payload
+from baxter_dynamics_ros import BaxterArm, joint_names, Payload
 import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-NAMES = 'right_s0 right_s1 right_e0 right_e1 right_w0 right_w1 right_w2'.split()
+NAMES = joint_names('right')
 MODEL_ERROR = np.array([1.0, 2.0, 1.5, 1.1, 0.4, 0.6, 0.3])  # without calibration [N m]
 STILL = 0.01 * np.array([1, 1, 1, 1, 10, 10, 10])  # motion in 0.5 s; the wrist may swing [rad]
 

@@ -98,6 +98,7 @@ def test_contact_warning_prints_begin_and_end_of_contact(start, predictor):
     contacts = [line for line in lines if line.startswith('contact for ')]
     s1 = [re.search(r's1 external (\S+) residual ([^ ,]+)', line) for line in contacts]
     assert any(each and float(each[1]) > 8.0 and float(each[2]) < -8.0 for each in s1), contacts
+    assert 'w2 ' not in contacts[-1]  # which the push does not reach
     assert lines[-1].startswith('contact is over after ')
 
     os.kill(predictor.pid, signal.SIGSTOP)
