@@ -30,12 +30,16 @@ class Connection:
 
     topic: str
     uri: str
-    publisher: str = ''  # name; empty before the first connection
+    publisher: str  # name
     stream: MessageStream | None = None  # None while not connected
-    since: float = 0.0  # monotonic time of the latest connection [s]
+    since: float = 0.0  # monotonic time of the latest connection [s]; 0 before the first
     pause: float = FIRST_PAUSE  # before reconnecting [s]
     problem: Ros1Error | None = None  # why it is not connected
     ended: threading.Event = field(default_factory=threading.Event)
+
+    def fail(self, stage: str, cause: str, remedy: str) -> None:
+        """Set the problem, and name the publisher in it."""
+        self.problem = Ros1Error(stage, f'{self.publisher} at {self.uri}: {cause}', remedy)
 
     def end(self) -> None:
         """Close the connection for good."""
@@ -139,7 +143,7 @@ class Subscriber:
                 self.problem = error
             if not self._ended.wait(REST):
                 self._wake.wait(PERIOD - REST)
-        self._follow(set())
+        self._follow({})
         try:
             for topic in self.topics if self._api else ():
                 self.master.ask('unregisterSubscriber', topic, self._api, parse=bool)
@@ -152,18 +156,18 @@ class Subscriber:
         api = f'http://{self.master.locate()}:{self._server.server_address[1]}/'
         moved, self._api = api != self._api, api
         publishers, subscribers = self.master.system_state()
-        wanted = set()
+        wanted: dict[tuple[str, str], str] = {}
         for topic in self.topics:
             if moved or self.name not in subscribers.get(topic, ()):
                 self._register(topic)
-            wanted |= {(topic, uri) for uri in self._uris(publishers.get(topic, []))}
+            wanted |= {(topic, uri): name for uri, name in self._uris(publishers.get(topic, []))}
         self._follow(wanted)
 
-    def _uris(self, names: list[str]) -> Iterator[str]:
-        """Yield the URIs of the first MAX_PUBLISHERS nodes, without those that have just gone."""
+    def _uris(self, names: list[str]) -> Iterator[tuple[str, str]]:
+        """Yield URI and name of the first MAX_PUBLISHERS nodes, except those that have gone."""
         for name in names[:MAX_PUBLISHERS]:
             try:
-                yield self.master.ask('lookupNode', name, parse=str)
+                yield self.master.ask('lookupNode', name, parse=str), name
             except Ros1Error as error:
                 if error.stage != 'master':  # the master has gone, not the node
                     raise
@@ -192,10 +196,11 @@ class Subscriber:
             self._wake.set()
         return 1, '', 0
 
-    def _follow(self, wanted: set[tuple[str, str]]) -> None:
-        """Connect to exactly these topics and URIs of publishers."""
+    def _follow(self, wanted: dict[tuple[str, str], str]) -> None:
+        """Connect to exactly these publishers: topic and URI to name."""
         before = self._connections
-        self._connections = {key: before.get(key) or Connection(*key) for key in wanted}
+        self._connections = {key: before.get(key) or Connection(*key, name)
+                             for key, name in wanted.items()}
         for key, connection in before.items():
             if key not in wanted:
                 connection.end()
@@ -209,17 +214,15 @@ class Subscriber:
             try:
                 self._receive(connection)
             except Ros1Error as error:
-                connection.problem = error
+                connection.fail(error.stage, error.cause, error.remedy)
             except Malformed as error:
                 with self._lock:
                     self.malformed += 1
-                connection.problem = Ros1Error(
-                    'stream', f'{connection.uri} sent a malformed message on {connection.topic} '
-                    f'({error})', 'reconnecting; restart the publisher if this persists')
-            except (OSError, EOFError) as error:
-                connection.problem = Ros1Error(
-                    'stream', f'the connection to {connection.uri} ended ({error})',
-                    'reconnecting; is the publisher running?')
+                connection.fail('stream', f'malformed message on {connection.topic} ({error})',
+                                'reconnecting; restart the publisher if this persists')
+            except OSError as error:
+                connection.fail('stream', f'the connection ended ({error})',
+                                'reconnecting; is the publisher running?')
             connection.stream = None
             connection.ended.wait(connection.pause)
             connection.pause = min(2 * connection.pause, LAST_PAUSE)
@@ -232,12 +235,12 @@ class Subscriber:
             case ['TCPROS', str(host), int(port)]:
                 stream = MessageStream(self._address(host), port)
             case _:
-                raise Ros1Error('publisher', f'{connection.uri} does not offer TCPROS',
+                raise Ros1Error('publisher', 'the publisher does not offer TCPROS',
                                 'is it a ROS 1 node? Only TCPROS is supported')
         with closing(stream):
-            name = stream.subscribe(topic, self.name) or connection.uri
+            name = stream.subscribe(topic, self.name) or connection.publisher
             with self._lock:
-                self.reconnections += bool(connection.publisher)
+                self.reconnections += bool(connection.since)
                 source = self._sources.setdefault((topic, name), Source(name))
             connection.since = time.monotonic()
             connection.publisher, connection.problem, connection.stream = name, None, stream

@@ -22,6 +22,11 @@ TIMEOUT = 2.0  # of connections and answers [s]
 MAX_ANSWER = 4 * 1024 * 1024  # [bytes]; a Baxter's system state has about 0.1 MB
 MAX_MESSAGE = 1024 * 1024  # of headers, too [bytes]; a joint state of Baxter has 0.7 kB
 
+_REMEDIES = {'master': "check host and port: the port of Baxter's master is 11311, and a robot "
+                       'takes two minutes to start',
+             'publisher': 'if the publisher was killed, rosnode cleanup on the robot removes its '
+                          'registration'}
+
 _Value = TypeVar('_Value')
 
 
@@ -66,7 +71,7 @@ class Master:
     def locate(self) -> str:
         """Find the master's address; return the host under which it reaches this machine."""
         address = resolve(self.host)
-        with connect(address, self.port) as connection:
+        with connect(address, self.port, 'master') as connection:
             local = str(connection.getsockname()[0])
         self.address = address
         return os.environ.get('ROS_HOSTNAME') or os.environ.get('ROS_IP') or local
@@ -114,12 +119,11 @@ def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], me
         if code == 1:
             return parse(value)
     except OSError as error:
-        raise connection_error(address, port, error) from None
-    except Exception as error:  # arbitrary answers make xmlrpc and parse raise of all kinds
-        kind = 'master' if stage == 'master' else 'node'
+        raise connection_error(address, port, stage, error) from None
+    except Exception as error:  # an arbitrary answer makes xmlrpc and parse raise any exception
         reason = f'{type(error).__name__}: {" ".join(str(error).split())[:100]}'.rstrip(': ')
-        raise Ros1Error(stage, f'http://{address}:{port}/ is not a ROS 1 {kind} ({reason})',
-                        "check host and port; the port of Baxter's master is 11311") from None
+        raise Ros1Error(stage, f'http://{address}:{port}/ is not a ROS 1 {stage} ({reason})',
+                        _REMEDIES[stage]) from None
     raise Ros1Error(stage, f'{method} on http://{address}:{port}/ failed ({str(message)[:200]})',
                     "look at the robot's log")
 
@@ -138,7 +142,7 @@ class MessageStream:
     """TCPROS stream of one publisher's messages."""
 
     def __init__(self, address: str, port: int) -> None:
-        self._socket = connect(address, port)
+        self._socket = connect(address, port, 'publisher')
         # Buffered: one system call receives all waiting messages.
         self._file = self._socket.makefile('rb', 8192)
 
@@ -175,7 +179,7 @@ class MessageStream:
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def read(self) -> bytes:
-        """Return the next message; raise EOFError or OSError if the connection has ended."""
+        """Return the next message; raise OSError if the connection has ended."""
         length = int.from_bytes(self._exactly(4), 'little')
         if length > MAX_MESSAGE:
             raise Malformed(f'length of {length} bytes exceeds {MAX_MESSAGE}')
@@ -184,24 +188,22 @@ class MessageStream:
     def _exactly(self, count: int) -> bytes:
         data = self._file.read(count)
         if len(data) < count:
-            raise EOFError('the publisher closed the connection')
+            raise ConnectionError('closed by the publisher')
         return data
 
 
-def connect(address: str, port: int) -> socket.socket:
+def connect(address: str, port: int, stage: str) -> socket.socket:
     """Return a TCP connection with a timeout of TIMEOUT, or raise Ros1Error."""
     try:
         return socket.create_connection((address, port), TIMEOUT)
     except (OSError, OverflowError) as error:  # OverflowError: the port has more than 16 bits
-        raise connection_error(address, port, error) from None
+        raise connection_error(address, port, stage, error) from None
 
 
-def connection_error(address: str, port: int, error: Exception) -> Ros1Error:
+def connection_error(address: str, port: int, stage: str, error: Exception) -> Ros1Error:
     """Return a Ros1Error with the cause of a failed connection."""
     if isinstance(error, ConnectionRefusedError):
-        return Ros1Error('port', f'port {port} of {address} is closed',
-                         'is ROS running there? A robot takes two minutes to start; the port of '
-                         "Baxter's master is 11311")
+        return Ros1Error('port', f'port {port} of {address} is closed', _REMEDIES[stage])
     reason = getattr(error, 'strerror', None) or str(error) or type(error).__name__
     return Ros1Error('route', f'{address} port {port} cannot be reached ({reason})',
                      'check cable, power and firewall, and that this machine has an address in '

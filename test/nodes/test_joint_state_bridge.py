@@ -129,7 +129,7 @@ def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros
 
     ros1.kill(ros1.master)
     newest = len(robot.bridged)
-    robot.until(lambda: 'is closed: is ROS running there?' in status(robot, 'master')[1])
+    robot.until(lambda: 'is closed: check host and port' in status(robot, 'master')[1])
     assert len(robot.bridged) > newest + 10  # publishers need no master
     ros1.master = ros1.start_master()
     robot.until(lambda: TOPIC in ros1.state()[1])
