@@ -64,7 +64,8 @@ class Subscriber:
         self.name = f'{name}_{os.getpid()}_{random.randrange(16 ** 6):06x}'
         self.master = Master(master_uri, self.name)
         self.topics = tuple(topics)
-        self.problem: Ros1Error | None = None  # failure of the last poll of the master
+        self.problem: Ros1Error | None = Ros1Error(  # of the last poll of the master
+            'master', f'no answer from {master_uri} yet', 'is the robot switched on?')
         self.malformed = 0  # number of malformed headers and messages
         self.reconnections = 0  # number of connections after the first to each publisher
         self._on_message = on_message
@@ -105,7 +106,7 @@ class Subscriber:
         if self.problem is not None:
             return [self.problem]
         connections = self.connections(topic)
-        if self._api and not connections:
+        if not connections:
             return [Ros1Error('topic', f'{topic} is not published',
                               'has the robot finished starting? Check the name of the topic')]
         found = [each.problem for each in connections if each.problem is not None]
