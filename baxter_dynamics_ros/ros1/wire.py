@@ -115,11 +115,14 @@ def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], me
         raise ValueError(f'{method}: this client is read-only')
     try:
         code, message, value = _exchange(
-            address, port, xmlrpc.client.dumps(arguments, method).encode())
+            address, port, stage, xmlrpc.client.dumps(arguments, method).encode())
         if code == 1:
             return parse(value)
+    except Ros1Error:
+        raise
     except OSError as error:
-        raise connection_error(address, port, stage, error) from None
+        raise Ros1Error(stage, f'http://{address}:{port}/ does not answer ({error})',
+                        f'is it a ROS 1 {stage}, and neither stopped nor overloaded?') from None
     except Exception as error:  # an arbitrary answer makes xmlrpc and parse raise any exception
         reason = f'{type(error).__name__}: {" ".join(str(error).split())[:100]}'.rstrip(': ')
         raise Ros1Error(stage, f'http://{address}:{port}/ is not a ROS 1 {stage} ({reason})',
@@ -128,9 +131,10 @@ def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], me
                     "look at the robot's log")
 
 
-def _exchange(address: str, port: int, request: bytes) -> Any:
+def _exchange(address: str, port: int, stage: str, request: bytes) -> Any:
     """Send a request; return the code, the message and the value in its answer."""
-    with closing(HTTPConnection(address, port, timeout=TIMEOUT)) as connection:
+    with closing(HTTPConnection(address, port)) as connection:
+        connection.sock = connect(address, port, stage)
         connection.request('POST', '/', request, {'Content-Type': 'text/xml'})
         data = connection.getresponse().read(MAX_ANSWER + 1)
     if len(data) > MAX_ANSWER:
@@ -196,18 +200,13 @@ def connect(address: str, port: int, stage: str) -> socket.socket:
     """Return a TCP connection with a timeout of TIMEOUT, or raise Ros1Error."""
     try:
         return socket.create_connection((address, port), TIMEOUT)
+    except ConnectionRefusedError:
+        raise Ros1Error('port', f'port {port} of {address} is closed', _REMEDIES[stage]) from None
     except (OSError, OverflowError) as error:  # OverflowError: the port has more than 16 bits
-        raise connection_error(address, port, stage, error) from None
-
-
-def connection_error(address: str, port: int, stage: str, error: Exception) -> Ros1Error:
-    """Return a Ros1Error with the cause of a failed connection."""
-    if isinstance(error, ConnectionRefusedError):
-        return Ros1Error('port', f'port {port} of {address} is closed', _REMEDIES[stage])
-    reason = getattr(error, 'strerror', None) or str(error) or type(error).__name__
-    return Ros1Error('route', f'{address} port {port} cannot be reached ({reason})',
-                     'check cable, power and firewall, and that this machine has an address in '
-                     "the robot's network")
+        reason = getattr(error, 'strerror', None) or str(error)
+        raise Ros1Error('route', f'{address} port {port} cannot be reached ({reason})',
+                        'check cable, power and firewall, and that this machine has an address '
+                        "in the robot's network") from None
 
 
 def parse(data: bytes) -> JointState:

@@ -134,7 +134,7 @@ def test_unusable_hosts_ports_and_uris(monkeypatch):
     with socket.create_server(('127.0.0.1', 0)) as silent:  # accepts, and never answers
         monkeypatch.setattr('baxter_dynamics_ros.ros1.wire.TIMEOUT', 0.2)
         cases = {
-            f'http://127.0.0.1:{silent.getsockname()[1]}': 'route',
+            f'http://127.0.0.1:{silent.getsockname()[1]}': 'master',
             'http://no-such-robot.invalid': 'name', 'http://127.0.0.1:1': 'port',
             'http://x:99999999': 'name', 'robot:11311': 'name', f'http://{"a" * 70}.local': 'name'}
         for uri, stage in cases.items():
