@@ -43,7 +43,8 @@ class JointStateBridge(ParameterNode):
         if not master_uri:
             raise ArgumentError('master_uri', 'expected the URI of the ROS 1 master: set '
                                 '-p master_uri:=http://HOST:11311 or ROS_MASTER_URI')
-        self._topics = {name: self._publisher(name) for name in names}
+        # rclpy declares an empty list as None.
+        self._topics = {name: self._publisher(name) for name in dict.fromkeys(names or [''])}
         DiagnosticUpdater(self, 'baxter', self._report)
         try:  # last: from here on the node is registered with the master, until it is destroyed
             self._subscriber = Subscriber(master_uri, self._topics, self._on_joint_state,
@@ -92,7 +93,7 @@ class JointStateBridge(ParameterNode):
         for source in sources:
             source.close_period(period)
         problems = '; '.join(dict.fromkeys(map(str, subscriber.problems(topic))))
-        others = self.count_publishers(topic) - 1
+        others = self.count_publishers(self._topics[topic].topic_name) - 1
         return first_case(
             {'publishers': len(subscriber.connections(topic)),
              'other publishers in ROS 2': others,
@@ -104,8 +105,8 @@ class JointStateBridge(ParameterNode):
                  ('clock steps', source.clock.steps))}},
             (subscriber.is_silent(topic), ERROR, problems or f'waiting for {topic}'),
             (problems, WARN, problems),
-            (others > 0, WARN, f'{topic} has {others} other publishers in ROS 2: joint states may '
-             'arrive twice; check for a second bridge'),
+            (others > 0, WARN, f'{topic} has other publishers in ROS 2: joint states may arrive '
+             'twice; check for a second bridge'),
             (True, OK, f'receiving joint states on {topic}'))
 
     def _publisher(self, topic: str) -> Any:
