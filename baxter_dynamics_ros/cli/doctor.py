@@ -109,8 +109,8 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
                 'firewall')
     _wait(lambda: bool(states))
     if not states:
-        raise next(iter(subscriber.problems(topic)), Ros1Error(
-            'stream', f'nothing arrives on {topic}', 'is the robot enabled?'))
+        raise Ros1Error('message', f'nothing arrives on {topic}',
+                        'is a publisher stopped, or the network down?')
     names = states[0].name
     yield Check('message', True, f'{len(names)} joints, {names[0]} ... {names[-1]}' if names
                 else 'without joints')
@@ -166,9 +166,12 @@ def _samples(states: list[JointState], joints: tuple[str, ...]) -> Array:
 def _effort(side: str, q: Array, effort: Array) -> Check:
     """Check whether the measured effort (n, 7) [N m] fits an arm at positions q (n, 7) [rad]."""
     name = f'{side} effort'
+    if not np.isfinite(q).all():
+        return Check(name, False, 'not checked: positions are missing or not finite',
+                     'correct the publisher')
     if not np.isfinite(effort).all():
-        return Check(name, False, 'missing or NaN', 'a simulator? The residual needs measured '
-                     'effort; predictions do not')
+        return Check(name, False, 'missing or not finite', 'a simulator? The residual needs '
+                     'measured effort; predictions do not')
     if not effort.any():
         return Check(name, False, 'zero at all joints', 'a simulator? Its effort is not measured; '
                      'on a robot, restart it')
@@ -222,10 +225,10 @@ def ros2_checks(topic: str) -> Iterator[Check]:
                     f'{os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")}')
         diagnostics: list[Any] = []
         listener.subscribe(DiagnosticArray, topics.DIAGNOSTICS, diagnostics.append)
+        states = listener.joint_states(topic)
         publishers = _publishers(listener, topic)
         yield publishers
         if publishers.passed:
-            states = listener.joint_states(topic)
             found = listener.wait(lambda: states, _PATIENCE)
             yield Check('ROS 2 data', found, f'{"" if found else "no "}joint states on {topic}',
                         'see the diagnostics of its publisher')
@@ -262,8 +265,8 @@ def _residuals(listener: 'Listener', diagnostics: list[Any]) -> Iterator[Check]:
             yield Check('residual', True, f'RMS on {topic} [N m]: ' + ' '.join(
                 f'{joint} {value:.2f}' for joint, value in zip(JOINTS, rms)))
         else:
-            said = {status.name: status.message for array in diagnostics
-                    for status in array.status
-                    if 'torque_predictor' in status.name and status.level != status.OK}
-            yield Check('residual', False, f'nothing arrives on {topic}',
-                        '; '.join(said.values()) or 'see the diagnostics of torque_predictor')
+            latest = {status.name: status for array in diagnostics for status in array.status
+                      if status.name.startswith(f'{name[1:]}: ')}
+            yield Check('residual', False, f'nothing arrives on {topic}', '; '.join(
+                status.message for status in latest.values() if status.level != status.OK)
+                or 'see the diagnostics of the predictor')

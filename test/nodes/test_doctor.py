@@ -3,14 +3,16 @@
 import json
 from types import SimpleNamespace
 
-from baxter_dynamics_ros.cli.doctor import _contents, _stream, robot_checks
+from baxter_dynamics_ros.cli.doctor import _contents, _residuals, _stream, robot_checks
 from baxter_dynamics_ros.cli.main import main
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.ros1.source import Source
 from baxter_dynamics_ros.ros1.wire import JointState
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
 import pytest
+from robot_node import PATIENCE
 from ros1_processes import available, MISSING, Ros1
 
 NAMES = (*joint_names('right'), *joint_names('left'), 'l_gripper_l_finger_joint')
@@ -40,6 +42,7 @@ def rows(n, **changes):
 def doctor(domain, monkeypatch, capsys):
     """Return a function that runs a quick doctor: exit code, and lines by the steps' names."""
     monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._LOOK', 1.0)
+    monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._PATIENCE', PATIENCE)
 
     def run(*arguments):
         code = main(['doctor', *arguments])
@@ -48,13 +51,14 @@ def doctor(domain, monkeypatch, capsys):
     return run
 
 
-def test_every_step_passes_from_a_robot_to_the_residual(doctor, start, tmp_path):
+def test_every_step_passes_from_a_robot_to_the_residual(doctor, start, tmp_path, monkeypatch):
     if not available():
         pytest.skip(MISSING)
     played = tmp_path / 'rows.json'
     played.write_text('\n'.join(map(json.dumps, rows(2000))))
     with Ros1() as ros1:
-        ros1.publish('--play', played, '--name', 'arms', address='011303P0017.local')
+        arms = ros1.publish('--play', played, '--name', 'arms', '--subscribers', 2,
+                            address='011303P0017.local')  # 20 s from the doctor's connection on
         start('joint_state_bridge', '-p', f'master_uri:={ros1.uri}')
         start('torque_predictor', '-r', '__ns:=/right')
         code, lines = doctor(ros1.uri)
@@ -74,6 +78,11 @@ def test_every_step_passes_from_a_robot_to_the_residual(doctor, start, tmp_path)
         *_, topic = robot_checks(ros1.uri, '/joint_states')
         assert topic == ('topic', False, '/joint_states is not published',
                          'give one of /robot/joint_states as --topic')
+        ros1.kill(arms)
+        monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._PATIENCE', 3.0)
+        *_, port, _, arrived = robot_checks(ros1.uri, '/robot/joint_states')
+        assert '/arms at http://011303P0017.local' in port.found and 'cleanup' in port.remedy
+        assert arrived[:3] == ('message', False, 'nothing arrives on /robot/joint_states')
 
 
 def test_without_an_address_it_checks_ros_2_alone(doctor, monkeypatch):
@@ -81,6 +90,18 @@ def test_without_an_address_it_checks_ros_2_alone(doctor, monkeypatch):
     code, lines = doctor()
     assert code == 1 and list(lines) == ['ROS 2', 'ROS 2 topic']
     assert 'start joint_state_bridge' in lines['ROS 2 topic'][1]
+    assert doctor('--topic', 'a b')[0] == 1
+
+
+def test_a_missing_residual_repeats_the_latest_diagnostics_of_its_predictor():
+    def report(name, level):
+        return DiagnosticArray(status=[DiagnosticStatus(name=name, level=level, message=name)])
+    listener = SimpleNamespace(predictors=lambda: {'/left/p'}, joint_states=lambda topic: [],
+                               wait=lambda condition, seconds: bool(condition()))
+    check, = _residuals(listener, [
+        report('left/p: input', b'\2'), report('left/p: filter', b'\1'),
+        report('right/torque_predictor: input', b'\2'), report('left/p: input', b'\0')])
+    assert (check.passed, check.remedy) == (False, 'left/p: filter')
 
 
 def test_messages_lost_before_the_look_are_not_counted(monkeypatch):
@@ -95,8 +116,9 @@ def test_messages_lost_before_the_look_are_not_counted(monkeypatch):
 @pytest.mark.parametrize('changes, name, found', [
     ({}, '', ''),
     ({'effort': lambda x: 0.0 * x}, 'right effort', 'zero at all joints'),
-    ({'effort': lambda x: np.nan * x}, 'left effort', 'missing or NaN'),
-    ({'effort': lambda x: []}, 'right effort', 'missing or NaN'),
+    ({'effort': lambda x: np.nan * x}, 'left effort', 'missing or not finite'),
+    ({'effort': lambda x: []}, 'right effort', 'missing or not finite'),
+    ({'q': lambda x: np.nan * x}, 'left effort', 'positions are missing or not finite'),
     ({'effort': lambda x: -x}, 'right effort', 'opposite sign'),
     ({'effort': lambda x: x + 34.0 * (np.arange(15) == 1)}, 'right effort', 's1 +3'),
     ({'names': lambda x: x[1:] + ('x',)}, 'arms', 'arms: left; grippers: left'),
