@@ -5,8 +5,6 @@ import statistics
 
 from .wire import JointState
 
-_HALF = 2 ** 31  # half the range of sequence numbers
-
 _MEMORY = 10_000_000_000  # [ns]; a drift of 50 ppm changes the offset by 0.5 ms meanwhile
 _SLEW = 0.002  # maximum rate of change of the offset: 20 us between stamps at 100 Hz
 _LONGEST = 100_000_000  # maximum time step of the slew [ns]
@@ -27,18 +25,18 @@ class Source:
         self.rate = 0.0  # over the last period [Hz]
         self.jitter = 0.0  # standard deviation of the delay over the last period [s]
         self._uri = ''
-        self._seq = self._stamp_ns = 0
+        self._last: JointState | None = None
         self._delays: list[float] = []  # in this period [s]
 
     def take(self, uri: str, state: JointState, arrival_ns: int) -> bool:
         """Count a message with its time of arrival [ns], and return whether it is new."""
-        if uri == self._uri:  # otherwise its numbers began anew
-            ahead = (state.seq - self._seq) % 2 ** 32
-            if ahead == 0 and state.stamp_ns == self._stamp_ns:
+        if self._last and uri == self._uri:  # otherwise the sequence numbers have restarted
+            if state == self._last:
                 self.repeated += 1
                 return False
-            self.lost += ahead - 1 if 1 < ahead < _HALF else 0
-        self._uri, self._seq, self._stamp_ns = uri, state.seq, state.stamp_ns
+            ahead = (state.seq - self._last.seq) % 2 ** 32
+            self.lost += ahead - 1 if 1 < ahead < 2 ** 31 else 0  # a higher one is behind
+        self._uri, self._last = uri, state
         self.received += 1
         late = 0
         if state.stamp_ns:
