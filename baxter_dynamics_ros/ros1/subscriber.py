@@ -170,23 +170,21 @@ class Subscriber:
             try:
                 yield self.master.ask('lookupNode', name, parse=str), name
             except Ros1Error as error:
-                if error.stage != 'master':  # the master has gone, not the node
+                if error.stage != 'master':  # the master does not answer
                     raise
 
     def _register(self, topic: str) -> None:
         """
         Register a topic, and make the master call this node, to find out whether it can.
 
-        The first topic is registered with a second spelling of the callback URI before. When the
-        right one is registered, a master calls ``shutdown`` on the first, because one name
+        The first topic is registered with another spelling of the callback URI beforehand. Once
+        the right one is registered, the master calls ``shutdown`` on the other, because one name
         belongs to one node. The type ``*`` leaves no trace of a topic without publishers.
         """
-        uris = [self._api]
         if topic == self.topics[0]:
             self._is_called, self._probed = False, time.monotonic()
-            uris = [self._api + 'RPC2', self._api]
-        for uri in uris:
-            self.master.ask('registerSubscriber', topic, '*', uri, parse=bool)
+            self.master.ask('registerSubscriber', topic, '*', self._api + 'RPC2', parse=bool)
+        self.master.ask('registerSubscriber', topic, '*', self._api, parse=bool)
 
     def _dispatch(self, method: str, arguments: Any) -> tuple[int, str, int]:
         """Answer a call of the master: the next poll finds what has changed."""
@@ -202,10 +200,9 @@ class Subscriber:
         before = self._connections
         self._connections = {key: before.get(key) or Connection(*key, name)
                              for key, name in wanted.items()}
-        for key, connection in before.items():
-            if key not in wanted:
-                connection.end()
-        for key in wanted - before.keys():
+        for key in before.keys() - wanted.keys():
+            before[key].end()
+        for key in wanted.keys() - before.keys():
             threading.Thread(target=self._keep_up, args=(self._connections[key],),
                              daemon=True).start()
 

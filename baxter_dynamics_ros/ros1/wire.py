@@ -113,30 +113,29 @@ def call(address: str, port: int, stage: str, parse: Callable[[Any], _Value], me
     """Call a method of a ROS 1 master or node and return its parsed value, or raise Ros1Error."""
     if method not in METHODS:
         raise ValueError(f'{method}: this client is read-only')
-    try:
-        code, message, value = _exchange(
-            address, port, stage, xmlrpc.client.dumps(arguments, method).encode())
-        if code == 1:
-            return parse(value)
-    except Ros1Error:
-        raise
-    except OSError as error:
-        raise Ros1Error(stage, f'http://{address}:{port}/ does not answer ({error})',
-                        f'is it a ROS 1 {stage}, and neither stopped nor overloaded?') from None
-    except Exception as error:  # an arbitrary answer makes xmlrpc and parse raise any exception
-        reason = f'{type(error).__name__}: {" ".join(str(error).split())[:100]}'.rstrip(': ')
-        raise Ros1Error(stage, f'http://{address}:{port}/ is not a ROS 1 {stage} ({reason})',
-                        _REMEDIES[stage]) from None
-    raise Ros1Error(stage, f'{method} on http://{address}:{port}/ failed ({str(message)[:200]})',
+    request = xmlrpc.client.dumps(arguments, method).encode()
+    uri = f'http://{address}:{port}/'
+    with closing(HTTPConnection(address, port)) as connection:
+        connection.sock = connect(address, port, stage)
+        try:
+            code, message, value = _exchange(connection, request)
+            if code == 1:
+                return parse(value)
+        except OSError as error:
+            raise Ros1Error('port', f'{uri} does not answer ({error})', f'is it a ROS 1 {stage}, '
+                            'and neither stopped nor overloaded?') from None
+        except Exception as error:  # arbitrary answers make xmlrpc and parse raise anything
+            reason = f'{type(error).__name__}: {" ".join(str(error).split())[:100]}'.rstrip(': ')
+            raise Ros1Error(stage, f'{uri} is not a ROS 1 {stage} ({reason})',
+                            _REMEDIES[stage]) from None
+    raise Ros1Error(stage, f'{method} on {uri} failed ({str(message)[:200]})',
                     "look at the robot's log")
 
 
-def _exchange(address: str, port: int, stage: str, request: bytes) -> Any:
+def _exchange(connection: HTTPConnection, request: bytes) -> Any:
     """Send a request; return the code, the message and the value in its answer."""
-    with closing(HTTPConnection(address, port)) as connection:
-        connection.sock = connect(address, port, stage)
-        connection.request('POST', '/', request, {'Content-Type': 'text/xml'})
-        data = connection.getresponse().read(MAX_ANSWER + 1)
+    connection.request('POST', '/', request, {'Content-Type': 'text/xml'})
+    data = connection.getresponse().read(MAX_ANSWER + 1)
     if len(data) > MAX_ANSWER:
         raise ValueError(f'an answer of more than {MAX_ANSWER} bytes')
     return xmlrpc.client.loads(data)[0][0]

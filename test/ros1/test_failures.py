@@ -134,7 +134,7 @@ def test_unusable_hosts_ports_and_uris(monkeypatch):
     with socket.create_server(('127.0.0.1', 0)) as silent:  # accepts, and never answers
         monkeypatch.setattr('baxter_dynamics_ros.ros1.wire.TIMEOUT', 0.2)
         cases = {
-            f'http://127.0.0.1:{silent.getsockname()[1]}': 'master',
+            f'http://127.0.0.1:{silent.getsockname()[1]}': 'port',
             'http://no-such-robot.invalid': 'name', 'http://127.0.0.1:1': 'port',
             'http://x:99999999': 'name', 'robot:11311': 'name', f'http://{"a" * 70}.local': 'name'}
         for uri, stage in cases.items():
@@ -211,6 +211,9 @@ def test_publishers_are_bounded_and_one_that_has_just_gone_does_not_hide_the_oth
     robot_uri = robot.uri
     until(lambda: received and client.problem is None)
     assert len(client.connections(TOPIC)) == 63
+    robot.answers['lookupNode'] = lambda *given: time.sleep(3.0)
+    until(lambda: client.problem)
+    assert len(client.connections(TOPIC)) == 63 and 'does not answer' in client.problem.cause
 
 
 @pytest.fixture(scope='module')
