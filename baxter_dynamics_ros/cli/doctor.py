@@ -69,11 +69,12 @@ def robot_checks(uri: str, topic: str) -> Iterator[Check]:
         with closing(Subscriber(uri, [topic], lambda topic, source, state, arrival_ns:
                                 states.append(state), notes.append, '/doctor')) as subscriber:
             yield from _connections(subscriber, topic, states, notes)
-            states.clear()
-            yield from _stream(subscriber, topic)
-            yield from _contents(states.copy())
+            if states:
+                states.clear()
+                yield from _stream(subscriber, topic)
+                yield from _contents(states.copy())
     except Ros1Error as error:
-        yield _failure(error)
+        yield Check(error.stage, False, error.cause, error.remedy)
 
 
 def _network(master: Master, topic: str) -> Iterator[Check]:
@@ -96,24 +97,23 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
                  notes: list[str]) -> Iterator[Check]:
     _wait(lambda: bool(connections := subscriber.connections(topic)) and all(
         each.stream for each in connections))
-    connections = subscriber.connections(topic)
-    yield from (_failure(each.problem) for each in connections if each.problem is not None)
-    connected = [f'{each.publisher} at {each.uri}' for each in connections if each.stream]
+    connected = [f'{each.publisher} at {each.uri}' for each in subscriber.connections(topic)
+                 if each.stream]
     if connected:
         yield Check('publishers', True, ', '.join(connected)
                     + ''.join(f' ({note})' for note in notes))
     _wait(lambda: bool(subscriber.is_called))
-    yield Check('address', bool(subscriber.is_called), 'the master '
-                f'{"reaches" if subscriber.is_called else "does not reach"} this machine',
-                "set ROS_IP to this machine's address in the robot's network, and open its "
-                'firewall')
+    if subscriber.is_called:
+        yield Check('address', True, 'the master reaches this machine')
     _wait(lambda: bool(states))
-    if not states:
-        raise Ros1Error('message', f'nothing arrives on {topic}',
-                        'is a publisher stopped, or the network down?')
-    names = states[0].name
-    yield Check('message', True, f'{len(names)} joints, {names[0]} ... {names[-1]}' if names
-                else 'without joints')
+    problems = subscriber.problems(topic)
+    yield from (Check(each.stage, False, each.cause, each.remedy) for each in problems)
+    if states:
+        names = states[0].name
+        yield Check('message', True, f'{len(names)} joints, {names[0]} ... {names[-1]}' if names
+                    else 'without joints')
+    elif not problems:
+        raise Ros1Error('message', f'nothing arrives on {topic}', 'is the publisher stopped?')
 
 
 def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:
@@ -166,12 +166,11 @@ def _samples(states: list[JointState], joints: tuple[str, ...]) -> Array:
 def _effort(side: str, q: Array, effort: Array) -> Check:
     """Check whether the measured effort (n, 7) [N m] fits an arm at positions q (n, 7) [rad]."""
     name = f'{side} effort'
-    if not np.isfinite(q).all():
-        return Check(name, False, 'not checked: positions are missing or not finite',
-                     'correct the publisher')
-    if not np.isfinite(effort).all():
-        return Check(name, False, 'missing or not finite', 'a simulator? The residual needs '
-                     'measured effort; predictions do not')
+    unusable = [field for field, values in (('position', q), ('effort', effort))
+                if not np.isfinite(values).all()]
+    if unusable:
+        return Check(name, False, f'{" and ".join(unusable)} missing or not finite',
+                     'a simulator? The residual needs measured effort; predictions do not')
     if not effort.any():
         return Check(name, False, 'zero at all joints', 'a simulator? Its effort is not measured; '
                      'on a robot, restart it')
@@ -196,10 +195,6 @@ def _firmware(side: str, qd: Array) -> Check:
     found = (f'of the generation with velocity steps of {steps[0]:.3e} rad/s' if len(steps) == 1
              else 'not recognised by the steps of the velocity')
     return Check(f'{side} arm', True, f'firmware {found}')
-
-
-def _failure(error: Ros1Error) -> Check:
-    return Check(error.stage, False, error.cause, error.remedy)
 
 
 def _wait(condition: Callable[[], bool]) -> None:

@@ -80,9 +80,8 @@ def test_every_step_passes_from_a_robot_to_the_residual(doctor, start, tmp_path,
                          'give one of /robot/joint_states as --topic')
         ros1.kill(arms)
         monkeypatch.setattr('baxter_dynamics_ros.cli.doctor._PATIENCE', 3.0)
-        *_, port, _, arrived = robot_checks(ros1.uri, '/robot/joint_states')
+        *_, port = robot_checks(ros1.uri, '/robot/joint_states')
         assert '/arms at http://011303P0017.local' in port.found and 'cleanup' in port.remedy
-        assert arrived[:3] == ('message', False, 'nothing arrives on /robot/joint_states')
 
 
 def test_without_an_address_it_checks_ros_2_alone(doctor, monkeypatch):
@@ -116,9 +115,9 @@ def test_messages_lost_before_the_look_are_not_counted(monkeypatch):
 @pytest.mark.parametrize('changes, name, found', [
     ({}, '', ''),
     ({'effort': lambda x: 0.0 * x}, 'right effort', 'zero at all joints'),
-    ({'effort': lambda x: np.nan * x}, 'left effort', 'missing or not finite'),
-    ({'effort': lambda x: []}, 'right effort', 'missing or not finite'),
-    ({'q': lambda x: np.nan * x}, 'left effort', 'positions are missing or not finite'),
+    ({'effort': lambda x: np.nan * x}, 'left effort', 'effort missing or not'),
+    ({'effort': lambda x: []}, 'right effort', 'effort missing or not'),
+    ({'q': lambda x: np.nan * x}, 'left effort', 'position missing or not'),
     ({'effort': lambda x: -x}, 'right effort', 'opposite sign'),
     ({'effort': lambda x: x + 34.0 * (np.arange(15) == 1)}, 'right effort', 's1 +3'),
     ({'names': lambda x: x[1:] + ('x',)}, 'arms', 'arms: left; grippers: left'),
