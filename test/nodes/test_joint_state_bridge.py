@@ -18,7 +18,6 @@ ARMS = ('head_nod head_pan left_e0 left_e1 left_s0 left_s1 left_w0 left_w1 left_
         'right_e1 right_s0 right_s1 right_w0 right_w1 right_w2 torso_t0')
 GRIPPERS = 'l_gripper_l_finger_joint l_gripper_r_finger_joint'
 BEGIN = 1_500_000_000_123_456_789  # [ns]
-BACK = 3.0  # [s] from the return of a publisher to the first message
 
 
 @pytest.fixture
@@ -51,9 +50,7 @@ def of(messages, name):
 
 def status(robot, name):
     """Return the next status of the bridge: level, message, values."""
-    robot.diagnostics.clear()
-    robot.until(lambda: robot.statuses('joint_state_bridge'), 10.0)
-    return robot.statuses('joint_state_bridge')[-1][name]
+    return robot.report('joint_state_bridge')[name]
 
 
 def test_two_publishers_are_bridged_and_the_master_is_unchanged(
@@ -107,11 +104,10 @@ def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros
 
     def returns(after):
         since = time.time_ns()
-        robot.until(lambda: robot.bridged and stamps(robot.bridged[-1:])[0] > since, BACK,
-                    fail=False)
+        robot.until(lambda: stamps(robot.bridged[-1:]) > [since], 10.0)
         late = (time.time_ns() - stamps(robot.bridged[-1:])[0]) * 1e-9
         print(f'{after}: messages after {(time.time_ns() - since) * 1e-9:.2f} s')
-        assert -0.1 < late < 0.5, process.output
+        assert -0.2 < late < 2.0, process.output
 
     def publish(*arguments, **options):
         return ros1.publish('--joints', ARMS, '--behind', 2.6, *arguments, **options)
@@ -138,8 +134,8 @@ def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros
     publisher = publish(address='127.0.0.2')
     returns('master restarted, publisher at another address')
     values = status(robot, TOPIC)[2]
-    assert values['/robot repeated'] == '0' and 2.59 < float(
-        values['/robot clock offset [s]']) < 2.7
+    assert values['/robot repeated'] == '0'
+    assert 2.59 < float(values['/robot clock offset [s]']) < 3.1
 
     ros1.kill(ros1.master)
     ros1.kill(publisher)

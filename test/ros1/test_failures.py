@@ -1,6 +1,5 @@
 """Failures of the connection to a robot: each names its stage, and none ends the client."""
 
-from http.server import BaseHTTPRequestHandler, HTTPServer
 import socket
 import struct
 import threading
@@ -8,7 +7,7 @@ import time
 from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
 
-from baxter_dynamics_ros.ros1.subscriber import Subscriber
+from baxter_dynamics_ros.ros1.subscriber import REST, Subscriber
 from baxter_dynamics_ros.ros1.wire import (call, encode_header, Master, MAX_ANSWER, MD5SUM,
                                            Ros1Error, TYPE)
 from hypothesis import given, settings, strategies as st
@@ -93,9 +92,9 @@ def serve(monkeypatch):
         end()
 
 
-def until(condition, seconds=10.0):
+def until(condition):
     """Wait until a condition holds."""
-    limit = time.monotonic() + seconds
+    limit = time.monotonic() + 30.0
     while not condition():
         assert time.monotonic() < limit
         time.sleep(0.02)
@@ -195,7 +194,8 @@ def test_publishers_are_followed_when_the_master_calls(serve):
     begin, before = time.monotonic(), robot.calls.count('getSystemState')
     while time.monotonic() < begin + 0.5:  # a flood of calls is none on the robot's master
         ServerProxy(api).publisherUpdate('/master', TOPIC, [])
-    assert robot.calls.count('getSystemState') - before <= 8
+    polls = robot.calls.count('getSystemState') - before
+    assert polls <= 3 + (time.monotonic() - begin) / REST
 
 
 def test_publishers_are_bounded_and_one_that_has_just_gone_does_not_hide_the_others(serve):
@@ -219,19 +219,8 @@ def test_publishers_are_bounded_and_one_that_has_just_gone_does_not_hide_the_oth
 @pytest.fixture(scope='module')
 def answering():
     """Return a server that answers each request with the bytes in its attribute body."""
-    class Handler(BaseHTTPRequestHandler):
-
-        def do_POST(self):  # noqa: N802
-            self.rfile.read(int(self.headers['content-length']))
-            self.send_response(200)
-            self.send_header('Content-Length', str(len(server.body)))
-            self.end_headers()
-            self.wfile.write(server.body)
-
-        def log_message(self, *args):
-            pass
-
-    server = HTTPServer(('127.0.0.1', 0), Handler)
+    server = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
+    server._marshaled_dispatch = lambda *given: server.body
     threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
     yield server
     server.shutdown()
