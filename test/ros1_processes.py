@@ -3,7 +3,6 @@
 from functools import cache
 import os
 from pathlib import Path
-import signal
 import socket
 import subprocess
 import tempfile
@@ -16,16 +15,16 @@ MISSING = ('needs the ROS 1 master and rospy of Debian: apt-get install python3-
            'python3-rospy python3-sensor-msgs')
 _MASTER = ('import sys; from rosmaster.main import rosmaster_main; '
            'rosmaster_main(["rosmaster", "--core", "-p", sys.argv[1], "-w", "3"])')
+# Without this Python's paths, which hold ROS 2's messages.
+_ENVIRONMENT = {key: os.environ[key] for key in ('PATH', 'HOME', 'LANG') if key in os.environ}
 
 
 @cache
 def available() -> bool:
     """Return whether the system's Python has rosmaster, rospy and sensor_msgs."""
-    if not os.path.exists(PYTHON):
-        return False
-    code = 'import rosmaster, rospy, sensor_msgs.msg'
-    return subprocess.run([PYTHON, '-c', code], env=_environment(), capture_output=True,
-                          timeout=60).returncode == 0
+    return os.path.exists(PYTHON) and subprocess.run(
+        [PYTHON, '-c', 'import rosmaster, rospy, sensor_msgs.msg'], env=_ENVIRONMENT,
+        capture_output=True, timeout=60).returncode == 0
 
 
 class Ros1:
@@ -84,19 +83,14 @@ class Ros1:
 
     def kill(self, process):
         """Kill a process, which then cannot unregister."""
-        process.send_signal(signal.SIGKILL)
+        process.kill()
         process.wait()
 
     def start(self, command, stdin=subprocess.DEVNULL, **environment):
         """Start the system's Python with arguments; return its process."""
         process = subprocess.Popen(
             [PYTHON, *command], stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env={**_environment(), 'ROS_MASTER_URI': self.uri, 'ROS_HOSTNAME': '127.0.0.1',
+            env={**_ENVIRONMENT, 'ROS_MASTER_URI': self.uri, 'ROS_HOSTNAME': '127.0.0.1',
                  'ROS_LOG_DIR': self._folder.name, 'ROS_HOME': self._folder.name, **environment})
         self._processes.append(process)
         return process
-
-
-def _environment() -> dict:
-    """Return an environment without this Python's paths, which hold ROS 2's messages."""
-    return {key: os.environ[key] for key in ('PATH', 'HOME', 'LANG') if key in os.environ}

@@ -20,16 +20,15 @@ LONG = struct.pack('<I', 2 ** 31)
 
 def message(seq):
     """Return a joint state without joints, with its length."""
-    return struct.pack('<I', 32) + struct.pack('<8I', seq, 1500000000 + seq, 0, 0, 0, 0, 0, 0)[:32]
+    return struct.pack('<I', 32) + struct.pack('<8I', seq, 1500000000 + seq, 0, 0, 0, 0, 0, 0)
 
 
 class Robot:
     """A ROS 1 master and publisher in one: answers are as given, a connection gets given bytes."""
 
-    def __init__(self, replies):
-        self.answers = {'requestTopic': None}
-        self.registered, self.replies, self.connections = [], list(replies), 0
-        self.calls = []
+    def __init__(self, replies, answers):
+        self.replies, self.answers = replies, answers
+        self.calls, self.registered, self.connections = [], [], 0
         self._rpc = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
         self._tcp = socket.create_server(('127.0.0.1', 0))
         self.uri = f'http://127.0.0.1:{self._rpc.server_address[1]}/'
@@ -80,8 +79,7 @@ def serve(monkeypatch):
     ends = []
 
     def serve_(*replies, **answers):
-        robot = Robot(replies)
-        robot.answers.update(answers)
+        robot = Robot(replies, answers)
         received = []
         client = Subscriber(robot.uri, [TOPIC], lambda topic, source, state, arrival:
                             received.append(state.seq), print)
