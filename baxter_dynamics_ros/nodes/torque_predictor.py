@@ -6,7 +6,7 @@ from typing import Any
 
 from geometry_msgs.msg import InertiaStamped, WrenchStamped
 import numpy as np
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
@@ -46,11 +46,8 @@ class ResultPublishers:
         self._statistics = statistics
         self._has_hand_axes = settings.wrench_frame == 'hand'
         self._hand = f'{settings.arm}_hand'
-        # rclpy's default event handlers cost time with every message.
-        self._publishers = {name: node.create_publisher(
-            kind, f'~/{name}', topics.PUBLISHER_QOS,
-            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
-            for name, kind in _TYPES.items()}
+        self._publishers = {name: node.create_publisher(kind, f'~/{name}', topics.PUBLISHER_QOS)
+                            for name, kind in _TYPES.items()}
         # Messages are reused: rclpy copies them when it publishes.
         self._joint_state = joint_state(predictor.stream.selector.names, 0)
         self._wrench = WrenchStamped()
