@@ -23,7 +23,7 @@ from ..estimation.continuity import GAP
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor, Step
 from ..estimation.settings import PredictorSettings
-from ..model import BaxterDynamicsError, N_JOINTS
+from ..model import Array, BaxterDynamicsError, N_JOINTS
 
 SHORTEST, LONGEST = 10.0, 600.0  # recording time [s]
 _CHECK_PERIOD = 0.2  # [s]
@@ -46,6 +46,7 @@ class CalibrateAction(WaitingRequest):
         self._action = action
         self._names = list(predictor.stream.selector.names)
         self._elapsed = 0.0  # recorded time on the clock of the stamps [s]
+        self._positions: list[tuple[float, Array]] = []  # recorded time [s], position (7,) [rad]
         self._newest_ns = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._server = ActionServer(
@@ -56,8 +57,8 @@ class CalibrateAction(WaitingRequest):
         """
         Record a joint state while a goal needs it.
 
-        A row has the time since the first joint state [s], stamp and time of receipt [ns], and
-        position, velocity and effort (7,), NaN where missing.
+        A row has stamp and time of receipt [ns], and position, velocity and effort (7,), NaN where
+        missing.
         """
         if self._kept is None:
             return
@@ -66,9 +67,11 @@ class CalibrateAction(WaitingRequest):
             return
         if step.state is not None:
             dt = (step.state.stamp_ns - self._newest_ns) * 1e-9
-            self._elapsed += dt if 0.0 < dt < GAP else 0.0
+            if 0.0 < dt < GAP:
+                self._elapsed += dt
+                self._positions.append((self._elapsed, step.state.q))
             self._newest_ns = step.state.stamp_ns
-        self._kept.append((self._elapsed, stamp_ns(message.header), received_ns, *(
+        self._kept.append((stamp_ns(message.header), received_ns, *(
             from_field(field)[layout] if len(field) == len(message.name)
             else np.full(N_JOINTS, np.nan)
             for field in (message.position, message.velocity, message.effort))))
@@ -81,12 +84,13 @@ class CalibrateAction(WaitingRequest):
     async def _execute(self, handle: ServerGoalHandle) -> Any:
         result = self._action.Result(joint_names=self._names)
         try:
-            with self._only('calibration'), TemporaryDirectory(prefix='calibration') as path:
+            with self._only('calibration'), TemporaryDirectory(
+                    prefix='calibration', ignore_cleanup_errors=True) as path:
                 self._refuse(handle.request)
                 await self._record(handle, Path(path))
                 self._use(await self._fit(handle, Path(path)), handle.request.file, result)
             handle.succeed()
-        except RefusedError as error:
+        except (RefusedError, OSError) as error:
             result.message = f'nothing was changed: {error}'
             if handle.is_cancel_requested:
                 handle.canceled()
@@ -113,26 +117,26 @@ class CalibrateAction(WaitingRequest):
         from ..calibration.live import write_input
         goal, reported = handle.request, -np.inf
         self._kept = rows = list[Any]()
-        self._elapsed, self._newest_ns = 0.0, 0
+        self._elapsed, self._positions, self._newest_ns = 0.0, [], 0
         self._values = self._node.values  # replaced by each change
         while self._elapsed < goal.duration:
             self._refuse_old_states()
             state = self._statistics.accepted.state
             if state and state.effort is None:
                 raise RefusedError('there is no measured effort: see the status effort')
-            if time.monotonic() - reported > _FEEDBACK_PERIOD and rows:
+            if time.monotonic() - reported > _FEEDBACK_PERIOD and self._positions:
                 reported = time.monotonic()
-                self._report(handle, rows)
+                self._report(handle)
             await self._wait(handle)
         self._kept = None
-        write_input(folder / 'in.npz', self._names, [row[1:] for row in rows],
+        write_input(folder / 'in.npz', self._names, rows,
                     PredictorSettings.from_parameters(self._values), goal.inertial, goal.payload)
 
-    def _report(self, handle: ServerGoalHandle, rows: list[Any]) -> None:
+    def _report(self, handle: ServerGoalHandle) -> None:
         """Publish the progress as feedback."""
         from ..calibration.live import progress
-        elapsed, _, _, q, _, _ = zip(*rows[::len(rows) // _MOST_SHOWN + 1])
-        seen, advice = progress(np.array(elapsed), np.array(q))
+        shown = self._positions[::len(self._positions) // _MOST_SHOWN + 1]
+        seen, advice = progress(*map(np.array, zip(*shown)))
         handle.publish_feedback(self._action.Feedback(
             elapsed=self._elapsed, joint_names=self._names, seen=seen.tolist(), advice=advice))
 

@@ -11,7 +11,7 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes import calibrate_action
 from baxter_dynamics_ros.nodes.calibrate_action import CalibrateAction
-from baxter_dynamics_ros.nodes.messages import joint_state, set_stamp, stamp_ns
+from baxter_dynamics_ros.nodes.messages import joint_state, set_stamp, stamp_ns, to_field
 from baxter_dynamics_ros.nodes.ros_parameters import ParameterNode
 from baxter_dynamics_ros.nodes.step_statistics import StepStatistics
 import numpy as np
@@ -185,28 +185,36 @@ def test_a_recording_calibrates_the_node_for_another(
 
 @pytest.fixture
 def alone(robot, monkeypatch):
-    """Return a function: message of the action in this process, and what it held at each pause."""
+    """
+    Return a function: message of the action in this process, and what it held at each pause.
+
+    Every second joint state is invalid.
+    """
     node, predictor = ParameterNode('calibrating'), Predictor(PredictorSettings())
     node.values, statistics = predictor.settings.parameters(), StepStatistics()
     server = CalibrateAction(node, predictor, statistics, action.Calibrate)
-    message, held = joint_state(joint_names('right'), BEGIN, *np.ones((3, 7))), []
+    message = joint_state(joint_names('right'), BEGIN, *np.ones((3, 7)))
+    held, feedback = [], []
 
     async def pause(seconds):
         time.sleep(0.01)
         held.append((server._process is not None, server._kept is not None))
         for _ in range(100):
             set_stamp(message.header, stamp_ns(message.header) + 10_000_000)
-            step = predictor.handle(stamp_ns(message.header), message.name, *np.ones((3, 7)))
-            statistics.add(step)
-            server.add(message, 0, step)
+            for q in np.ones(7), np.full(7, np.nan):
+                message.position = to_field(q)
+                step = predictor.handle(stamp_ns(message.header), message.name, q, q, q)
+                statistics.add(step)
+                server.add(message, 0, step)
 
     def run(**goal):
         handle = SimpleNamespace(request=action.Calibrate.Goal(**goal), is_cancel_requested=False,
-                                 publish_feedback=id, abort=lambda: None)
+                                 publish_feedback=feedback.append, abort=lambda: None)
         with pytest.raises(StopIteration):
             pause(0.0).send(None)
         with pytest.raises(StopIteration) as end:
             server._execute(handle).send(None)
+        assert np.isfinite([each.seen for each in feedback]).all()
         return end.value.value.message, held
     monkeypatch.setattr(server, '_pause', pause)
     yield run
@@ -219,6 +227,8 @@ def test_joint_states_are_kept_only_until_the_fit(alone, monkeypatch):
     message, held = alone(duration=10.0)
     assert message == 'nothing was changed: the fit failed: why'
     assert set(held[1:]) == {(False, True), (True, False)}
+    monkeypatch.setattr(live, 'COMMAND', ('/nowhere',))
+    assert '/nowhere' in alone(duration=10.0)[0]
 
 
 def test_a_missing_library_is_named(alone, monkeypatch):
