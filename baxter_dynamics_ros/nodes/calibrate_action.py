@@ -118,7 +118,6 @@ class CalibrateAction(WaitingRequest):
         goal, reported = handle.request, -np.inf
         self._kept = rows = list[Any]()
         self._elapsed, self._positions, self._newest_ns = 0.0, [], 0
-        self._values = self._node.values  # replaced by each change
         while self._elapsed < goal.duration:
             self._refuse_old_states()
             state = self._statistics.accepted.state
@@ -183,8 +182,6 @@ class CalibrateAction(WaitingRequest):
         await self._pause(_CHECK_PERIOD)
         if handle.is_cancel_requested:
             raise RefusedError('the goal was cancelled')
-        if self._node.values != self._values:
-            raise RefusedError('parameters were changed during the calibration')
 
     def _end_fit(self) -> None:
         if self._process is not None:

@@ -37,6 +37,7 @@ class WaitingRequest:
         self._predictor = predictor
         self._statistics = statistics
         self._is_running = False
+        self._values = node.values  # when the request began; replaced by each change
         self._kept: list[Any] | None = None  # of the joint states; None while none are needed
         # A mutually exclusive group blocks its other callbacks while one of them waits.
         self.group = ReentrantCallbackGroup()
@@ -46,14 +47,14 @@ class WaitingRequest:
         """Refuse a second request meanwhile."""
         if self._is_running:
             raise RefusedError(f'another {name} is running')
-        self._is_running = True
+        self._is_running, self._values = True, self._node.values
         try:
             yield
         finally:
             self._is_running, self._kept = False, None
 
     async def _pause(self, seconds: float) -> None:
-        """Let other callbacks run for some time [s]."""
+        """Let other callbacks run for some time [s]; they must not change parameters."""
         future = Future()
         timer = self._node.create_timer(
             seconds, lambda: future.done() or future.set_result(None),
@@ -62,6 +63,8 @@ class WaitingRequest:
             await future
         finally:
             self._node.destroy_timer(timer)
+        if self._node.values != self._values:
+            raise RefusedError('parameters were changed meanwhile')
 
     def _refuse_old_states(self) -> None:
         if self._statistics.age > MAX_AGE:

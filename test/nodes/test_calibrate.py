@@ -139,7 +139,7 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     goal = calibrate(duration=20.0)
     assert robot.configure({'payload.mass': 0.3}).successful
     robot.stream(rows[50:100], start=BEGIN + 60_500_000_000, side='left')
-    assert 'parameters were changed during the calibration' in goal.result()[1].message
+    assert 'parameters were changed meanwhile' in goal.result()[1].message
     assert robot.configure({'effort_model.enabled': False}).successful
     assert 'effort_model.enabled is false' in calibrate(duration=20.0).result()[1].message
     assert robot.configure({'effort_model.enabled': True, 'payload.mass': 0.0}).successful
