@@ -74,6 +74,10 @@ class ParameterNode(Node):
                  if self.values[name] != setting.default]
         return f'parameters that differ from their defaults: {", ".join(names) or "none"}'
 
+    def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
+        """Set parameters one by one, each as :meth:`set_parameters_atomically` does."""
+        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
+
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters as rclpy does and apply them, if they are valid and not too many."""
         try:

@@ -7,6 +7,7 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model.effort import EffortModel
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 from baxter_dynamics_ros.nodes.process import _reject_arguments
+from baxter_dynamics_ros.nodes.ros_parameters import ParameterNode
 import numpy as np
 import pytest
 from rcl_interfaces.srv import DescribeParameters, SetParameters
@@ -102,6 +103,15 @@ def restore(robot):
     """Set the defaults again, for the test that shares the predictor next."""
     defaults = {each.name: each.default for each in SETTINGS if not each.read_only}
     robot.until(lambda: robot.configure(defaults).successful)
+
+
+def test_changes_in_the_process_are_checked_too(robot):
+    node = ParameterNode('own')
+    node.declare_settings(SETTINGS)
+    results = node.set_parameters([Parameter('payload.mass', value=x) for x in (1.0, 11.0)])
+    node.destroy_node()
+    assert results[0].successful and '[0, 10] kg' in results[1].reason
+    assert node.values['payload.mass'] == 1.0
 
 
 def test_a_large_request_is_bounded(robot, predictor):
