@@ -66,8 +66,8 @@ class CalibrateAction(WaitingRequest):
         if isinstance(layout, Event):
             return
         if step.state is not None:
-            dt = (step.state.stamp_ns - self._newest_ns) * 1e-9
-            if 0.0 < dt < GAP:
+            dt = min((step.state.stamp_ns - self._newest_ns) * 1e-9, GAP)
+            if dt > 0.0:
                 self._elapsed += dt
                 self._positions.append((self._elapsed, step.state.q))
             self._newest_ns = step.state.stamp_ns

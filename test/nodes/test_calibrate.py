@@ -194,20 +194,22 @@ def alone(robot, monkeypatch):
     node.values, statistics = predictor.settings.parameters(), StepStatistics()
     server = CalibrateAction(node, predictor, statistics, action.Calibrate)
     message = joint_state(joint_names('right'), BEGIN, *np.ones((3, 7)))
-    held, feedback = [], []
+    held, feedback, period = [], [], 10_000_000  # [ns]
 
     async def pause(seconds):
         time.sleep(0.01)
         held.append((server._process is not None, server._kept is not None))
         for _ in range(100):
-            set_stamp(message.header, stamp_ns(message.header) + 10_000_000)
+            set_stamp(message.header, stamp_ns(message.header) + period)
             for q in np.ones(7), np.full(7, np.nan):
                 message.position = to_field(q)
                 step = predictor.handle(stamp_ns(message.header), message.name, q, q, q)
                 statistics.add(step)
                 server.add(message, 0, step)
 
-    def run(**goal):
+    def run(period_=10_000_000, **goal):
+        nonlocal period
+        period = period_
         handle = SimpleNamespace(request=action.Calibrate.Goal(**goal), is_cancel_requested=False,
                                  publish_feedback=feedback.append, abort=lambda: None)
         with pytest.raises(StopIteration):
@@ -228,7 +230,7 @@ def test_joint_states_are_kept_only_until_the_fit(alone, monkeypatch):
     assert message == 'nothing was changed: the fit failed: why'
     assert set(held[1:]) == {(False, True), (True, False)}
     monkeypatch.setattr(live, 'COMMAND', ('/nowhere',))
-    assert '/nowhere' in alone(duration=10.0)[0]
+    assert '/nowhere' in alone(300_000_000, duration=10.0)[0]  # with a gap before each
 
 
 def test_a_missing_library_is_named(alone, monkeypatch):
