@@ -5,7 +5,6 @@ import os
 from pathlib import Path
 import subprocess
 from tempfile import TemporaryDirectory
-import time
 from typing import Any
 
 import numpy as np
@@ -26,8 +25,7 @@ from ..estimation.settings import PredictorSettings
 from ..model import Array, BaxterDynamicsError, N_JOINTS
 
 SHORTEST, LONGEST = 10.0, 600.0  # recording time [s]
-_CHECK_PERIOD = 0.2  # [s]
-_FEEDBACK_PERIOD = 1.0  # [s]
+_FEEDBACK_PERIOD = 1.0  # of recorded time [s]
 _NEEDED = {'scipy': 'scipy', 'yaml': 'pyyaml'}  # module -> package
 _MOST_SHOWN = 3000  # maximum number of positions from which progress is computed
 
@@ -54,12 +52,7 @@ class CalibrateAction(WaitingRequest):
             cancel_callback=lambda goal: CancelResponse.ACCEPT)
 
     def add(self, message: JointState, received_ns: int, step: Step) -> None:
-        """
-        Record a joint state while a goal needs it.
-
-        A row has stamp and time of receipt [ns], and position, velocity and effort (7,), NaN where
-        missing.
-        """
+        """Record a joint state while a goal needs it, as a row of ``live.write_input``."""
         if self._kept is None:
             return
         layout = self._predictor.stream.selector.layout(message.name)
@@ -109,13 +102,11 @@ class CalibrateAction(WaitingRequest):
             raise RefusedError(f'calibration needs {missing}: pip install {missing}')
         if goal.file and not os.access(Path(goal.file).absolute().parent, os.W_OK):
             raise RefusedError(f'file: cannot write to the folder of {goal.file}')
-        if not self._node.values['effort_model.enabled']:
-            raise RefusedError('effort_model.enabled is false: nothing can be calibrated')
 
     async def _record(self, handle: ServerGoalHandle, folder: Path) -> None:
         """Record joint states for the duration of the goal, and write the input of the fit."""
-        from ..calibration.live import write_input
-        goal, reported = handle.request, -np.inf
+        from ..calibration.live import progress, write_input
+        goal, reported = handle.request, 0.0
         self._kept = rows = list[Any]()
         self._elapsed, self._positions, self._newest_ns = 0.0, [], 0
         while self._elapsed < goal.duration:
@@ -123,21 +114,17 @@ class CalibrateAction(WaitingRequest):
             state = self._statistics.accepted.state
             if state and state.effort is None:
                 raise RefusedError('there is no measured effort: see the status effort')
-            if time.monotonic() - reported > _FEEDBACK_PERIOD and self._positions:
-                reported = time.monotonic()
-                self._report(handle)
+            if self._elapsed - reported > _FEEDBACK_PERIOD:
+                reported = self._elapsed
+                shown = self._positions[::len(self._positions) // _MOST_SHOWN + 1]
+                seen, advice = progress(*map(np.array, zip(*shown)))
+                handle.publish_feedback(self._action.Feedback(
+                    elapsed=reported, joint_names=self._names, seen=seen.tolist(), advice=advice))
             await self._wait(handle)
         self._kept = None
         write_input(folder / 'in.npz', self._names, rows,
-                    PredictorSettings.from_parameters(self._values), goal.inertial, goal.payload)
-
-    def _report(self, handle: ServerGoalHandle) -> None:
-        """Publish the progress as feedback."""
-        from ..calibration.live import progress
-        shown = self._positions[::len(self._positions) // _MOST_SHOWN + 1]
-        seen, advice = progress(*map(np.array, zip(*shown)))
-        handle.publish_feedback(self._action.Feedback(
-            elapsed=self._elapsed, joint_names=self._names, seen=seen.tolist(), advice=advice))
+                    PredictorSettings.from_parameters(self._node.values), goal.inertial,
+                    goal.payload)
 
     async def _fit(self, handle: ServerGoalHandle, folder: Path) -> Any:
         """Return the result of the fit."""
@@ -179,7 +166,7 @@ class CalibrateAction(WaitingRequest):
                 result.message += f'; the file was not written: {error}'
 
     async def _wait(self, handle: ServerGoalHandle) -> None:
-        await self._pause(_CHECK_PERIOD)
+        await self._pause()
         if handle.is_cancel_requested:
             raise RefusedError('the goal was cancelled')
 

@@ -36,28 +36,29 @@ class WaitingRequest:
         self._node = node
         self._predictor = predictor
         self._statistics = statistics
-        self._is_running = False
-        self._values = node.values  # when the request began; replaced by each change
+        self._values: dict[str, Any] | None = None  # parameters at the beginning of the request
         self._kept: list[Any] | None = None  # of the joint states; None while none are needed
         # A mutually exclusive group blocks its other callbacks while one of them waits.
         self.group = ReentrantCallbackGroup()
 
     @contextmanager
     def _only(self, name: str) -> Iterator[None]:
-        """Refuse a second request meanwhile."""
-        if self._is_running:
+        """Refuse a second request meanwhile, and any without an effort model to change."""
+        if self._values is not None:
             raise RefusedError(f'another {name} is running')
-        self._is_running, self._values = True, self._node.values
+        if not self._node.values['effort_model.enabled']:
+            raise RefusedError('effort_model.enabled is false, so its parameters have no effect')
+        self._values = self._node.values
         try:
             yield
         finally:
-            self._is_running, self._kept = False, None
+            self._values = self._kept = None
 
-    async def _pause(self, seconds: float) -> None:
-        """Let other callbacks run for some time [s]; they must not change parameters."""
+    async def _pause(self) -> None:
+        """Let other callbacks run for a while; they must not change parameters."""
         future = Future()
         timer = self._node.create_timer(
-            seconds, lambda: future.done() or future.set_result(None),
+            _CHECK_PERIOD, lambda: future.done() or future.set_result(None),
             callback_group=self.group, clock=Clock(clock_type=ClockType.STEADY_TIME))
         try:
             await future
@@ -93,8 +94,6 @@ class ZeroService(WaitingRequest):
                      response: Trigger.Response) -> Trigger.Response:
         """Handle a request."""
         try:
-            if not self._node.values['effort_model.enabled']:
-                raise RefusedError('effort_model.enabled is false, so the bias has no effect')
             with self._only('request'):
                 response.message = self._set_bias(*zip(*await self._collect()))
             response.success = True
@@ -112,7 +111,7 @@ class ZeroService(WaitingRequest):
             if time.monotonic() > limit:
                 raise RefusedError(f'no {DURATION:g} s of residuals within {_PATIENCE:g} s: see '
                                    'the statuses filter and external')
-            await self._pause(_CHECK_PERIOD)
+            await self._pause()
         return found
 
     def _set_bias(self, predictions: Sequence[Prediction], externals: Sequence[External]) -> str:

@@ -196,7 +196,7 @@ def alone(robot, monkeypatch):
     message = joint_state(joint_names('right'), BEGIN, *np.ones((3, 7)))
     held, feedback, period = [], [], 10_000_000  # [ns]
 
-    async def pause(seconds):
+    async def pause():
         time.sleep(0.01)
         held.append((server._process is not None, server._kept is not None))
         for _ in range(100):
@@ -213,7 +213,7 @@ def alone(robot, monkeypatch):
         handle = SimpleNamespace(request=action.Calibrate.Goal(**goal), is_cancel_requested=False,
                                  publish_feedback=feedback.append, abort=lambda: None)
         with pytest.raises(StopIteration):
-            pause(0.0).send(None)
+            pause().send(None)
         with pytest.raises(StopIteration) as end:
             server._execute(handle).send(None)
         assert np.isfinite([each.seen for each in feedback]).all()
