@@ -80,8 +80,8 @@ def through_node(n: int) -> Soak:
             raise RuntimeError(f'{what} within {PATIENCE:g} s')
     try:
         with NodeProcess('torque_predictor', ['--ros-args', *RELIABLE]) as process:
-            until(lambda: publisher.get_subscription_count() and node.count_publishers(topic),
-                  'no node')
+            # The node has found all subscriptions when its diagnostics arrive.
+            until(lambda: publisher.get_subscription_count() and reports, 'no node')
             costs, begin = [], time.perf_counter()
             for k, (stamp, *fields) in enumerate(messages(n)):
                 if k % (n // PARTS) == 0:

@@ -1,6 +1,6 @@
 """The robot beside a predictor: a ROS node that publishes joint states and gathers results."""
 
-from itertools import cycle
+from itertools import count, cycle
 import os
 import time
 
@@ -69,16 +69,16 @@ class Robot(Node):
     def until(self, condition, seconds: float = PATIENCE, fail: bool = True):
         """Let messages come in until a condition holds; fail when it does not in time."""
         limit = time.monotonic() + seconds
-        while not condition():
-            left = limit - time.monotonic()
-            if left <= 0.0:
-                assert not fail, f'nothing within {seconds} s'
-                return
+        while True:
             for subscription in list(self.subscriptions):  # cheaper than an executor
                 for message, _ in take_waiting(subscription, 1000):
                     subscription.callback(message)
             if self.acts or any(True for _ in self.clients):
                 rclpy.spin_once(self, timeout_sec=0.0)
+            left = limit - time.monotonic()
+            if condition() or left <= 0.0 and not fail:
+                return
+            assert left > 0.0, f'nothing within {seconds} s'
             time.sleep(min(left, 0.002))
 
     def start_predictor(self, *arguments, **environment) -> NodeProcess:
@@ -86,12 +86,16 @@ class Robot(Node):
         key = arguments, environment
         if self._predictor is None or self._predictor.exit_code is not None or key != self._key:
             self.end_predictor()
+            self.diagnostics.clear()
             self._key = key
             self._predictor = NodeProcess('torque_predictor', [
                 '--ros-args', *LOSSLESS, *arguments], {**os.environ, **environment})
             self.wait_for_node()
         else:
-            self.spin(0.15)  # joint states and results of the test before
+            before = -1
+            while len(self.predicted) > before:  # joint states and results of the test before
+                before = len(self.predicted)
+                self.spin(0.15)
             self.call(Trigger, 'reset')
         self.predicted.clear()
         self.residual.clear()
@@ -105,11 +109,8 @@ class Robot(Node):
             self.until(lambda: self.publisher.get_subscription_count() == 0)
 
     def wait_for_node(self):
-        """Wait until the predictor is subscribed to and by us."""
-        self.until(lambda: self.publisher.get_subscription_count() > 0 and all(
-            self.count_publishers(f'/torque_predictor/{name}')
-            for name in ('effort_residual', 'predicted_effort')))
-        self.spin(0.3)
+        """Wait until the predictor has found us, which its first diagnostics prove."""
+        self.until(lambda: self.publisher.get_subscription_count() > 0 and self.statuses())
 
     def send(self, stamp: int, names, position, velocity=(), effort=()):
         """Publish a joint state stamped ``stamp`` [ns]."""
@@ -126,32 +127,33 @@ class Robot(Node):
             fields.append(row)
         self.send(stamp, SDK_NAMES, *fields)
 
-    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.001):
+    def stream(self, rows, start: int = 10 ** 18, side: str = 'right', pace: float = 0.001,
+               stamps=None, before=lambda stamp: None):
         """
-        Publish rows (q, qd, effort) with stamps 10 ms apart; return the last stamp.
+        Publish rows (q, qd, effort) with given stamps or 10 ms apart; return the last stamp.
 
         They are sent every ``pace`` seconds; the node knows no clock but their stamps.
         """
         begin = time.monotonic()
-        for k, row in enumerate(rows):
-            self.until(lambda: time.monotonic() >= begin + k * pace, 5.0)
-            stamp = start + k * 10_000_000
+        for k, (stamp, row) in enumerate(zip(stamps or count(start, 10_000_000), rows)):
+            self.until(lambda: time.monotonic() >= begin + k * pace)
+            before(stamp)
             self.send_arm(stamp, *row, side=side)
         return stamp
 
-    def move_until(self, condition, rows, start: int = 10 ** 18):
-        """Publish rows at 100 Hz, with stamps 10 ms apart, until a condition holds."""
+    def move_until(self, condition, rows, start: int = 10 ** 18, period: int = 10_000_000):
+        """Publish rows at 100 Hz, with stamps ``period`` [ns] apart, until a condition holds."""
         for k, row in enumerate(cycle(rows)):
             if condition():
                 return
             assert k < 100 * PATIENCE, f'nothing within {PATIENCE} s'
-            self.send_arm(start + k * 10_000_000, *row)
+            self.send_arm(start + k * period, *row)
             self.spin(0.01)
 
-    def move_until_report(self, condition, rows, start: int = 10 ** 18) -> dict:
+    def move_until_report(self, condition, rows, *stamps) -> dict:
         """Publish rows as above until new diagnostics meet a condition; return them."""
         self.diagnostics.clear()
-        self.move_until(lambda: self.statuses() and condition(self.statuses()[-1]), rows, start)
+        self.move_until(lambda: self.statuses() and condition(self.statuses()[-1]), rows, *stamps)
         return self.statuses()[-1]
 
     def call(self, kind, name: str, request=None, node: str = 'torque_predictor'):
@@ -188,5 +190,5 @@ class Robot(Node):
     def report(self, node: str = 'torque_predictor') -> dict:
         """Return the next diagnostics."""
         self.diagnostics.clear()
-        self.until(lambda: self.statuses(node), 10.0)
+        self.until(lambda: self.statuses(node))
         return self.statuses(node)[-1]

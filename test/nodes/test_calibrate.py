@@ -1,6 +1,5 @@
 """Action calibrate, live over DDS: recordings of a real arm are played to the node."""
 
-from pathlib import Path
 import time
 from types import SimpleNamespace
 
@@ -23,18 +22,14 @@ action = pytest.importorskip('baxter_dynamics_interfaces.action',
 pytest.importorskip('scipy', reason='calibration needs SciPy')
 pytest.importorskip('yaml', reason='parameter files need PyYAML')
 
-SHARED = Path(__file__).resolve().parents[3] / 'shared'
 LEFT = ('-p', 'arm:=left')
 BEGIN = 1_700_000_000_000_000_000  # [ns]
 
 
 @pytest.fixture(scope='module')
-def tracking():
+def tracking(recordings):
     """Return a function: rows (q, qd, effort) of a recording of the left arm."""
-    path = SHARED / 'data' / 'baxter_left_arm_tracking.npz'
-    if not path.exists():
-        pytest.skip(f'{path} is missing')
-    with np.load(path) as file:
+    with np.load(recordings / 'baxter_left_arm_tracking.npz') as file:
         data = {key: file[key] for key in file}
     order = [tuple(data['joint_names']).index(name) for name in joint_names('left')]
 
@@ -62,7 +57,7 @@ def calibrate(robot):
         future = handle.get_result_async()
 
         def result():
-            robot.until(future.done, 60.0)
+            robot.until(future.done, 240.0)  # a busy machine leaves little to the fit
             return future.result().status, future.result().result
         return SimpleNamespace(feedback=feedback, result=result, done=future.done,
                                cancel=handle.cancel_goal_async)
@@ -87,6 +82,7 @@ def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
     robot.stream(rows[:50], start=BEGIN, side='left')
     goal = calibrate(duration=10.0, inertial=True)
     robot.stream(rows[50:1150], BEGIN + 500_000_000, 'left')
+    robot.until(lambda: len(robot.predicted) == 1150 - 21)  # all is recorded
     robot.spin(0.5)
     assert not goal.done()
     goal.cancel()
@@ -145,7 +141,7 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     assert robot.configure({'effort_model.enabled': True, 'payload.mass': 0.0}).successful
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_a_recording_calibrates_the_node_for_another(
         robot, start_predictor, calibrate, tracking, tmp_path):
     start_predictor(*LEFT)
@@ -188,34 +184,33 @@ def alone(robot, monkeypatch):
     """
     Return a function: message of the action in this process, and what it held at each pause.
 
-    Every second joint state is invalid.
+    Every second joint state is invalid, and the others come with gaps.
     """
     node, predictor = ParameterNode('calibrating'), Predictor(PredictorSettings())
     node.values, statistics = predictor.settings.parameters(), StepStatistics()
     server = CalibrateAction(node, predictor, statistics, action.Calibrate)
     message = joint_state(joint_names('right'), BEGIN, *np.ones((3, 7)))
-    held, feedback, period = [], [], 10_000_000  # [ns]
+    held, feedback = [], []
 
     async def pause():
         time.sleep(0.01)
         held.append((server._process is not None, server._kept is not None))
-        for _ in range(100):
-            set_stamp(message.header, stamp_ns(message.header) + period)
+        for _ in range(10):
+            set_stamp(message.header, stamp_ns(message.header) + 300_000_000)
             for q in np.ones(7), np.full(7, np.nan):
                 message.position = to_field(q)
                 step = predictor.handle(stamp_ns(message.header), message.name, q, q, q)
                 statistics.add(step)
                 server.add(message, 0, step)
 
-    def run(period_=10_000_000, **goal):
-        nonlocal period
-        period = period_
+    def run(**goal):
         handle = SimpleNamespace(request=action.Calibrate.Goal(**goal), is_cancel_requested=False,
                                  publish_feedback=feedback.append, abort=lambda: None)
         with pytest.raises(StopIteration):
             pause().send(None)
         with pytest.raises(StopIteration) as end:
             server._execute(handle).send(None)
+        assert bool(feedback) == (goal['duration'] < 20.0)
         assert np.isfinite([each.seen for each in feedback]).all()
         return end.value.value.message, held
     monkeypatch.setattr(server, '_pause', pause)
@@ -230,7 +225,7 @@ def test_joint_states_are_kept_only_until_the_fit(alone, monkeypatch):
     assert message == 'nothing was changed: the fit failed: why'
     assert set(held[1:]) == {(False, True), (True, False)}
     monkeypatch.setattr(live, 'COMMAND', ('/nowhere',))
-    assert '/nowhere' in alone(300_000_000, duration=10.0)[0]  # with a gap before each
+    assert '/nowhere' in alone(duration=10.0)[0]
 
 
 def test_a_missing_library_is_named(alone, monkeypatch):

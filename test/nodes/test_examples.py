@@ -20,7 +20,7 @@ pytest.importorskip('baxter_dynamics_interfaces.srv',
                     reason='needs pip install ./baxter_dynamics_interfaces')
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-TIME_LIMIT = 40.0  # [s]
+TIME_LIMIT = 90.0  # [s]
 NUMBER = re.compile(r'(?<![\w.])[+-]?\d+(?:\.\d+)?')
 LOAD = np.array([1.0, 0.03, -0.02, 0.1])  # payload: mass [kg] and centre of mass [m]
 
@@ -92,14 +92,12 @@ def test_contact_warning_prints_begin_and_end_of_contact(start, predictor):
     push.until('pushed with')
     warning.until('contact for', 3)
     push.send_signal(signal.SIGINT)  # which lets go, too
-    warning.until('contact is over')
+    warning.until('contact is over after ')
     assert push.finish() == 'pushed with (0.0, 0.0, -25.0) N\nlet go\n'
-    lines = warning.output.splitlines()
-    contacts = [line for line in lines if line.startswith('contact for ')]
+    contacts = re.findall('contact for .*', warning.output)
     s1 = [re.search(r's1 external (\S+) residual ([^ ,]+)', line) for line in contacts]
     assert any(each and float(each[1]) > 8.0 and float(each[2]) < -8.0 for each in s1), contacts
     assert 'w2 ' not in contacts[-1]  # which the push does not reach
-    assert lines[-1].startswith('contact is over after ')
 
     os.kill(predictor.pid, signal.SIGSTOP)
     try:

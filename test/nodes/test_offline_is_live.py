@@ -100,15 +100,16 @@ def test_evaluate_saves_what_the_node_publishes(
     received = [when for when, _ in offline[TOPICS[0]]]
     assert len(received) > 600 and len(offline[TOPICS[1]]) < len(received)
 
+    deviation = []
+    robot.create_subscription(JointState, TOPICS[2], deviation.append, 1000)
     start_predictor('--params-file', str(parameters))
-    deviation = robot.listen(JointState, TOPICS[2])
     for k in range(0, len(messages), CHUNK):
         for _, when, content in messages[k:k + CHUNK]:
             robot.send(*content)
         expected = np.searchsorted(received, when, 'right')
         robot.until(lambda: len(robot.predicted) >= expected)  # so that none is lost
-    robot.spin(0.3)
     for topic, live in zip(TOPICS, (robot.predicted, robot.residual, deviation)):
+        robot.until(lambda: len(live) >= len(offline[topic]))
         saved = [message for _, message in offline[topic]]
         assert [stamp_ns(m.header) for m in live] == [
             m.header.stamp.sec * 10 ** 9 + m.header.stamp.nanosec for m in saved]

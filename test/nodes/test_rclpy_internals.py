@@ -14,8 +14,7 @@ def test_waiting_messages_are_taken_in_order(robot):
     for flag in sent:
         publisher.publish(Bool(data=flag))
     taken = []
-    limit = robot.get_clock().now().nanoseconds + 10 * 10 ** 9
-    while len(taken) < len(sent) and robot.get_clock().now().nanoseconds < limit:
+    while len(taken) < len(sent):
         taken += [message.data for message, _ in take_waiting(subscription, 3)]
     assert taken == sent
     assert list(take_waiting(subscription, 3)) == []

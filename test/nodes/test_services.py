@@ -5,6 +5,7 @@ from baxter_dynamics_ros.model import EffortModel, joint_names
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 import numpy as np
 import pytest
+from robot_node import PATIENCE
 
 srv = pytest.importorskip('baxter_dynamics_interfaces.srv',
                           reason='needs pip install ./baxter_dynamics_interfaces')
@@ -74,18 +75,25 @@ def test_the_answer_says_when_the_spring_is_held(node):
 
 
 def test_empty_request_is_for_the_latest_state_until_it_is_too_old(node, sine):
+    clients = [node.create_client(kind, f'/torque_predictor/{name}') for kind, name in (
+        (srv.GravityTorques, 'gravity_torques'), (srv.InverseDynamics, 'inverse_dynamics'))]
+    assert all(client.wait_for_service(PATIENCE) for client in clients)
+
+    def ask():
+        futures = [client.call_async(client.srv_type.Request()) for client in clients]
+        node.until(lambda: all(future.done() for future in futures))
+        return [future.result() for future in futures]
     t = np.arange(0.0, 1.0, 0.01)
     q, qd, _ = sine(t)
     last = node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
     node.until(lambda: len(node.predicted) == len(t) - 21)
 
-    gravity = node.call(srv.GravityTorques, 'gravity_torques')
+    gravity, torque = ask()
     assert gravity.success, gravity.message
     assert stamp_ns(gravity.gravity.header) == last
     np.testing.assert_array_equal(gravity.gravity.position, q[-1])
     np.testing.assert_allclose(gravity.gravity.effort, BaxterArm().gravity(q[-1]), atol=1e-12)
 
-    torque = node.call(srv.InverseDynamics, 'inverse_dynamics')
     assert torque.success, torque.message
     newest = node.predicted[-1]
     assert torque.torque.header.stamp == newest.header.stamp
@@ -94,9 +102,7 @@ def test_empty_request_is_for_the_latest_state_until_it_is_too_old(node, sine):
     np.testing.assert_allclose(torque.actuator_effort, newest.effort, atol=1e-12)
 
     node.spin(1.2)
-    for kind, name in ((srv.GravityTorques, 'gravity_torques'),
-                       (srv.InverseDynamics, 'inverse_dynamics')):
-        answer = node.call(kind, name)
+    for answer in ask():
         assert not answer.success
         assert 'right_s0' in answer.message and 'arrived for' in answer.message
 

@@ -9,6 +9,7 @@ from baxter_dynamics_ros.nodes.step_statistics import MessageLoss
 import numpy as np
 from perfect_robot import measured
 import pytest
+from robot_node import LOSSLESS
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
@@ -37,7 +38,7 @@ def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predicto
     assert level == STALE
     assert message == 'no joint states received on /robot/joint_states; publishers: 1'
     assert values['rate [Hz]'] == '0.0'
-    assert predictor.output.count('[WARN]') == 1, predictor.output
+    assert predictor.output.count('no joint states received') == 1, predictor.output
 
     for spoil, reason in ((np.degrees, 'units are rad, rad/s and N m'),
                           (lambda q: q * np.nan, 'NaN positions')):
@@ -111,16 +112,16 @@ def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor
     assert predictor.output.count('no measured effort (empty or NaN)') == 1
 
 
-def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start, lossless, sine):
+def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start, sine):
     load = {'right': 0.5, 'left': 1.2}  # [kg]
     for side in SIDES:
         start('torque_predictor', '-r', f'__ns:=/{side}', '-p', f'arm:={side}', '-p',
               f'payload.mass:={load[side]}', '-p', 'joint_prefix:=robot_1/', '-p',
-              'frame_id:=robot_1/base', *lossless, ROS_PYTHON_CHECK_FIELDS='1')
+              'frame_id:=robot_1/base', *LOSSLESS, ROS_PYTHON_CHECK_FIELDS='1')
     residuals = {side: robot.listen(JointState, f'/{side}/torque_predictor/effort_residual')
                  for side in SIDES}
-    robot.until(lambda: robot.publisher.get_subscription_count() == 2)
-    robot.spin(0.5)
+    robot.until(lambda: robot.publisher.get_subscription_count() == 2 and all(
+        robot.statuses(f'{side}/torque_predictor') for side in SIDES))
     names = [f'robot_1/{name}' for name in joint_names('right') + joint_names('left')]
     q, qd, _ = sine(np.arange(60) * 0.01)
     rows = [(np.concatenate([q[k], -0.5 * q[k]]), np.concatenate([qd[k], -0.5 * qd[k]]),
