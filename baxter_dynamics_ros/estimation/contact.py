@@ -18,7 +18,7 @@ from ..model import Array, Bools, Indices, N_JOINTS
 _SPAN = 0.008  # [s]
 _FAR = 1.25  # multiple of the threshold for which one sample _SPAN after the last is enough
 _BIAS_TIME = 0.15  # time constant of the bias [s]
-_PRIOR = 2.0  # initial threshold, as a multiple of the floor
+_PRIOR = 2.0  # initial threshold as a multiple of the floor, if within the limit
 _PRIOR_TIME = 1.0  # weight of the initial sigma, as a duration of free motion [s]
 _RELEASE = 0.05  # time for which all joints must have returned before contact ends [s]
 _FADING = 2.5  # time in which the bias loses its weight during contact [s]
@@ -49,8 +49,8 @@ class ContactDetector:
 
     def reset(self) -> None:
         """Forget everything learned."""
-        self.threshold: Array = _PRIOR * self._floor  # (7,), as a deviation from the bias [N m]
-        self._variance = (self.threshold / self.settings.sigmas) ** 2
+        self._variance = (_PRIOR * self._floor / self.settings.sigmas) ** 2
+        self._update_threshold()
         self._learnt = 0.0  # duration of the free motion that sigma covers [s]
         self.in_contact = False
         self.restart()
@@ -136,7 +136,7 @@ class ContactDetector:
         self._update_threshold()
 
     def _update_threshold(self) -> None:
-        self.threshold = np.minimum(
+        self.threshold: Array = np.minimum(  # (7,), as a deviation from the bias [N m]
             np.maximum(self.settings.sigmas * self.sigma, self._floor), self._limit)
 
     def _limited(self, r: Array) -> Array:

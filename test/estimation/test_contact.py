@@ -60,7 +60,7 @@ def test_push_on_a_joint_is_contact_of_that_joint(detector, joint, sign):
     assert detector.joints.tolist() == (ONE[joint] == 1.0).tolist()
 
 
-def test_one_sample_alone_is_none_unless_it_is_far_off(detector):
+def test_one_sample_is_contact_only_if_far_above_the_threshold(detector):
     for _ in range(5):
         assert not play(detector, [REST + 1.2 * FLOOR, REST]).any()
     assert detector.update(PERIOD, REST + 1.3 * FLOOR, HOME)
@@ -166,7 +166,14 @@ def test_while_the_observer_settles_nothing_is_contact_or_learnt():
     detector, t = new_detector(), np.arange(0.0, SETTLING - 0.02, PERIOD)[:, None]
     assert not play(detector, 3.0 * LIMIT * (1.0 - np.exp(-10.0 * t))).any()
     np.testing.assert_array_equal(detector.bias, 0.0)
-    np.testing.assert_allclose(detector.threshold, 2.0 * FLOOR)
+    np.testing.assert_allclose(detector.threshold, np.minimum(2.0 * FLOOR, LIMIT))
+
+
+@pytest.mark.parametrize('scale', [0.3, 1.0])  # of the limit: calibrated or not
+def test_contact_from_the_start_beyond_the_limit_is_reported(scale):
+    for joint, limit in enumerate(np.maximum(FLOOR, scale * LIMIT)):
+        detector = new_detector(limit=scale * LIMIT)
+        assert play(detector, still(20.0, 1.1 * limit * ONE[joint]))[-1]
 
 
 def test_contact_from_the_start_within_the_limit_is_overcome_when_it_ends():
