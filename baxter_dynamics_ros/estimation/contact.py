@@ -16,7 +16,7 @@ from ..model import Array, Bools, Indices, N_JOINTS
 
 # The robot averages its velocity over 6 ms, so samples closer than this are not independent.
 _SPAN = 0.008  # [s]
-_FAR = 1.25  # multiple of the threshold for which one sample _SPAN after the last is enough
+_FAR = 1.25  # multiple of the threshold for which one sample is enough instead of two
 _BIAS_TIME = 0.15  # time constant of the bias [s]
 _PRIOR = 2.0  # initial threshold as a multiple of the floor, if within the limit
 _PRIOR_TIME = 1.0  # weight of the initial sigma, as a duration of free motion [s]
@@ -30,8 +30,8 @@ class ContactDetector:
     """
     Detects contact in the external torque, with thresholds learned from free motion.
 
-    The samples above the threshold must span 8 ms; where samples are further apart than that, one
-    above 1.25 thresholds is enough.
+    The samples above the threshold must span 8 ms. If two are required and they are further apart
+    than that, one above 1.25 thresholds is enough.
     """
 
     def __init__(self, settings: ContactSettings, settling: float) -> None:
@@ -148,7 +148,8 @@ class ContactDetector:
         self._span = np.where(self._count > 0, self._span + dt, 0.0)
         self._count = np.where(above, self._count + 1, 0)
         enough = (self._count >= samples) & ((self._span >= _SPAN) | (samples == 1))
-        if enough.any() or dt >= _SPAN and (deviation > _FAR * self.threshold).any():
+        is_far = samples <= 2 and dt >= _SPAN and (deviation > _FAR * self.threshold).any()
+        if is_far or enough.any():
             self.in_contact = True
             self.is_settling = False
             self.joints = above

@@ -66,6 +66,11 @@ def test_one_sample_is_contact_only_if_far_above_the_threshold(detector):
     assert detector.update(PERIOD, REST + 1.3 * FLOOR, HOME)
 
 
+def test_required_number_of_samples(detector):
+    detector.configure(ContactSettings(samples=5))
+    assert play(detector, [REST + 5.0 * FLOOR] * 6).tolist() == [False] * 4 + [True] * 2
+
+
 def test_samples_in_a_row_must_be_of_one_joint(detector):
     rows = [REST + 1.2 * FLOOR * ONE[k % 2] for k in range(20)]
     assert not play(detector, rows).any()
