@@ -60,7 +60,7 @@ class Explained(NamedTuple):
     payload: 'PayloadEstimate | None' = None  # only if observable and significant
 
 
-_TOO_FEW = Explained('none', 'too few residuals yet')
+_TOO_FEW = Explained('none', 'too few residuals in the last ten seconds')
 _WITHIN = Explained('none', 'residual is within the expected deviation')
 _UNEXPLAINED = Explained('unexplained', 'residual is not explained')
 
@@ -101,12 +101,15 @@ class ResidualExplainer:
         self._samples.clear()
 
     def add(self, prediction: Prediction, contact: 'bool | None' = None) -> None:
-        """Add a prediction with its residual; about ten per second are used."""
+        """Add a prediction; about ten per second are used, if they have a residual."""
         stamp, samples = prediction.stamp_ns, self._samples
         if samples and stamp < samples[-1].stamp_ns:
             samples.clear()
-        if prediction.residual is None or (
-                samples and stamp - samples[-1].stamp_ns < _PERIOD * 1e9):
+        if samples and stamp - samples[-1].stamp_ns < _PERIOD * 1e9:
+            return
+        while samples and stamp - samples[0].stamp_ns > WINDOW * 1e9:
+            samples.popleft()
+        if prediction.residual is None:
             return
         q, qd, qdd, model = prediction.q, prediction.qd, prediction.qdd, self._effort_model
         regressor = self._arm.regressor(q, qd, qdd)
@@ -117,8 +120,6 @@ class ResidualExplainer:
         deviation = np.clip(np.where(expected > 0.0, expected, np.inf), SMALLEST, UNCALIBRATED)
         samples.append(_ExplainedSample(stamp, bool(contact), q, prediction.residual, deviation,
                                         model.coupled(np.array(torques)).T))
-        while stamp - samples[0].stamp_ns > WINDOW * 1e9:
-            samples.popleft()
 
     def explain(self) -> Explained:
         """Return what explains the residuals of the last ten seconds."""

@@ -123,8 +123,8 @@ class _Run:
         batch: Any = prediction
         for now, *values in zip(time, *batch):
             one: Any = Prediction(*values)
-            if np.isfinite(one.residual[0]):
-                self._explainer.add(one)
+            has_effort = np.isfinite(one.residual[0])
+            self._explainer.add(one if has_effort else one._replace(residual=None))
             if now >= self._next:
                 self._explained.append(self._explainer.explain())
                 self._next = now + WINDOW

@@ -11,6 +11,7 @@ import pytest
 
 DEVIATION = (0.3, 0.4, 0.3, 0.2, 0.08, 0.1, 0.05)  # of a calibrated arm [N m]
 CENTER = (0.01, -0.02, 0.06)  # of the payload [m]
+FEW = 'too few residuals in the last ten seconds'
 MASSES = (0.3, 0.5, 1.0, 2.0)  # [kg]
 POSES = np.array([  # [rad]
     [0.0, -0.55, 0.0, 0.75, 0.0, 1.26, 0.0],
@@ -25,11 +26,11 @@ def motion(t):
     return [x[0] for x in trajectory([t])]
 
 
-def explain(residual, at=motion, model=None, arm=None, contact=False):
-    """Return what explains a residual, a function of q, qd and qdd, during 10 s."""
+def explain(residual, at=motion, model=None, arm=None, contact=False, seconds=10):
+    """Return what explains a residual, a function of q, qd and qdd, during some seconds."""
     model = model or EffortModel(deviation=DEVIATION)
     explainer = ResidualExplainer(arm or BaxterArm(), model)
-    for k in range(200):
+    for k in range(20 * seconds):
         state = at(0.05 * k)
         explainer.add(Prediction(k * 50_000_000, *state, *np.zeros((2, 7)), residual(*state),
                                  model.deviation_at(*state[1:])), contact)
@@ -138,7 +139,12 @@ def test_noise_is_not_explained_and_few_samples_neither(rng):
     elsewhere = explain(lambda q, *_: 9.0 * np.sin(40.0 * q))
     assert elsewhere.kind == 'unexplained'
     explainer = ResidualExplainer(BaxterArm(), EffortModel())
-    assert explainer.explain().text == 'too few residuals yet'
+    assert explainer.explain().text == FEW
+
+
+def test_residuals_before_effort_went_missing_are_forgotten():
+    residuals = iter([load(1.0)(*motion(0.05 * k)) for k in range(200)])
+    assert explain(lambda *_: next(residuals, None), seconds=19).text == FEW
 
 
 def test_coupled_joints():

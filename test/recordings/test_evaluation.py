@@ -173,6 +173,13 @@ def test_recording_without_effort_has_predictions_only():
     assert 'effort_missing' in {notice.kind for notice in found.notices}
 
 
+def test_residuals_before_effort_went_missing_do_not_explain_later_ones():
+    recording = Recording(3300)
+    recording.effort[1500:] = 0.0  # invalid
+    first, *_, last = evaluate(recording).explained
+    assert 'within the expected deviation' in first.text and 'too few' in last.text
+
+
 def test_without_velocity_the_first_difference_is_left_out():
     found = evaluate(Recording(without=('velocity',)))
     assert 'first_difference' not in found.estimators
