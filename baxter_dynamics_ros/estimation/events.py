@@ -61,8 +61,8 @@ class Event(Enum):
         'reset_gap', 'more than 0.25 s between stamps: check the network, the rate of the '
         'publisher, and whether this process was suspended')
     RESET_CLOCK_JUMP = (
-        'reset_clock_jump', 'stamps jumped back by 0.5 s or more: check for a restarted bag or '
-        'simulation, or a second publisher on the topic')
+        'reset_clock_jump', 'stamps jumped back: check for a restarted bag or simulation, or a '
+        'second publisher on the topic')
     RESET_POSITION_JUMP = (
         'reset_position_jump', 'positions jump faster than the arm can move: check for a second '
         'publisher on the topic, or a simulated arm that was repositioned')
