@@ -122,10 +122,10 @@ class ExternalEffort:
         self._last = t, q, qd, measured
         contact = self.detector.update(dt, effort, q)
         known = not self.detector.is_settling and not self.is_too_slow
-        for array in (q, qd, effort):
+        joints = self.detector.joints if known and contact else _NO_JOINTS
+        for array in (q, qd, effort, joints):
             array.setflags(write=False)
-        return External(stamp_ns, q, qd, effort, contact if known else None,
-                        self.detector.joints if known and contact else _NO_JOINTS)
+        return External(stamp_ns, q, qd, effort, contact if known else None, joints)
 
     def _balance(self, model: ArmModel, q: Array, qd: Array,
                  measured: Array) -> tuple[Array, Array]:

@@ -112,7 +112,11 @@ class MotionEstimator:
             if self._is_matched:
                 settled = self._effort.runs_for(t, self.settling_time)
                 effort = self._effort.value if settled else None
-        return Estimate(stamp_ns - round(delay * 1e9), q, qd, qdd, effort, self.dahl.update(q))
+        arrays = q, qd, qdd, effort, self.dahl.update(q)
+        for array in arrays:
+            if array is not None:
+                array.setflags(write=False)
+        return Estimate(stamp_ns - round(delay * 1e9), *arrays)
 
 
 class ButterworthDerivative:

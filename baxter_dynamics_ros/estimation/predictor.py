@@ -155,6 +155,6 @@ class Predictor:
             residual = measured - effort
             residual.setflags(write=False)
         deviation = model.deviation_at(qd, qdd)
-        for array in (q, qd, qdd, tau, effort, deviation):
+        for array in (tau, effort, deviation):
             array.setflags(write=False)
         return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual, deviation)

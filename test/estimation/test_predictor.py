@@ -139,14 +139,17 @@ def test_handled_arrays_are_not_aliased():
     np.testing.assert_array_equal(found.residual, wanted.residual)
 
 
-def test_predictions_are_read_only_and_do_not_change():
+def test_results_are_read_only_and_do_not_change():
     settings = PredictorSettings.from_parameters(CALIBRATED)
-    predictor, messages = Predictor(settings), measured(settings, 80)
-    _, *arrays = play(predictor, messages[:60])[-1]
-    assert len(arrays) == 7 and not any(array.flags.writeable for array in arrays)
-    copies = [array.copy() for array in arrays]
-    play(predictor, messages[60:])
-    np.testing.assert_array_equal(arrays, copies)
+    predictor, messages = Predictor(settings, external=True), measured(settings, 80)
+    for stamp, *fields in messages:
+        step = predictor.handle(stamp, RIGHT, *fields)
+        if stamp == messages[60][0]:
+            arrays = [x for result in step[2:] for x in result if isinstance(x, np.ndarray)]
+            copies = [array.copy() for array in arrays]
+    assert len(arrays) == 20 and not any(array.flags.writeable for array in arrays)
+    for array, copy in zip(arrays, copies):
+        np.testing.assert_array_equal(array, copy)
 
 
 def test_reset_starts_anew():
