@@ -1,6 +1,7 @@
 """Acceleration estimate, and time alignment of position, velocity and effort."""
 
 from bisect import bisect_left, bisect_right
+from functools import lru_cache
 from math import log, pi, sqrt
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -130,8 +131,6 @@ class ButterworthDerivative:
 
     def __init__(self, cutoff: float) -> None:
         self._w = 2 * pi * cutoff  # [rad/s]
-        self._dt: float | None = None
-        self._step: Array = np.zeros((3, 3))  # transition of dt, multiplied from the right
         self.delay = 2 * _DAMPING / self._w  # group delay of x and of x' at low frequency [s]
         # Time in which the envelope of the initial error decays to 1 % [s].
         self.settling_time = log(100.0) / (_DAMPING * self._w)
@@ -153,10 +152,9 @@ class ButterworthDerivative:
             self.value = u  # x
             self.derivative: Array = self._state[..., 0]  # x', in u's unit per second
             return
-        if dt != self._dt:
-            self._dt, self._step = dt, self._trapezoid(dt)
         self._state[..., 2] = u - self.value
-        self._state = self._state.dot(self._step)  # x', u - x, and the change of x
+        # x', u - x, and the change of x
+        self._state = self._state.dot(_trapezoid(self._w, dt))
         self.derivative = self._state[..., 0]
         self.value = self.value + self._state[..., 2]
 
@@ -164,12 +162,14 @@ class ButterworthDerivative:
         """Return whether it has run for a duration [s] at t [s]."""
         return self.start is not None and t - self.start >= duration
 
-    def _trapezoid(self, dt: float) -> Array:
-        """Return the transition matrix (3, 3) of a trapezoidal step of dt [s]."""
-        a = dt * self._w * _DAMPING
-        b = (dt * self._w) ** 2 / 4
-        c = dt * self._w ** 2 / 2
-        return np.array([[1 - a - b, -dt, dt], [c, -b, b], [c, 1 + a, b]]) / (1 + a + b)
+
+@lru_cache(maxsize=2)  # velocity and effort are filtered alike, mostly in equal steps
+def _trapezoid(w: float, dt: float) -> Array:
+    """Return the matrix (3, 3) that multiplies the filter's state from the right in dt [s]."""
+    a = dt * w * _DAMPING
+    b = (dt * w) ** 2 / 4
+    c = dt * w ** 2 / 2
+    return np.array([[1 - a - b, -dt, dt], [c, -b, b], [c, 1 + a, b]]) / (1 + a + b)
 
 
 class History:

@@ -11,14 +11,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from .retiming import MODES
+from .retiming import AUTO, MODES
 from ..model import (ArgumentError, Array, BASE_FRAME, BaxterArm, EffortModel, mount, paper_tables,
                      Payload, SIDES)
 from ..model.joints import gravity_in_base
 from ..model.parameters import LinkSettings
 from ..model.setting import Floats, Group, setting
 
-METHODS = ('lagrange_euler', 'newton_euler')
 MATCHED = 'matched'  # effort band
 
 
@@ -111,10 +110,10 @@ class PredictorSettings(Group):
         choices=('hand', 'base'), read_only=True)
     method: str = setting(
         'lagrange_euler', 'Inverse dynamics: lagrange_euler is the closed form, newton_euler the '
-        'recursive method of Pinocchio.', choices=METHODS)
+        'recursive method of Pinocchio.', choices=('lagrange_euler', 'newton_euler'))
     acceleration: AccelerationSettings = AccelerationSettings()
     stamps: str = setting(
-        MODES[0], 'Source of time. header: header stamps. arrival: re-timed header stamps, for '
+        AUTO, 'Source of time. header: header stamps. arrival: re-timed header stamps, for '
         'stamps that are times of arrival. receipt: re-timed times of receipt at the node. auto: '
         'header until stamps prove to be times of arrival (arrival) or to stand still (receipt).',
         choices=MODES)
