@@ -1,4 +1,4 @@
-"""Stamps for tests: those that a robot makes, and times of arrival at receivers of three kinds."""
+"""Stamps for tests: a robot's, and times of arrival at three kinds of receiver."""
 
 from baxter_dynamics_ros.estimation import retiming
 from baxter_dynamics_ros.estimation.events import Event
@@ -9,7 +9,7 @@ JITTER = 4e-5  # sd of the robot's stamps [s]
 
 
 class Retiming(retiming.Retiming):
-    """Source of stamps that counts resyncs and says when a time line begins."""
+    """Source of stamps that counts resyncs and marks the first stamp of a time line."""
 
     resyncs, restarted, _out_before = 0, False, None
 
@@ -23,7 +23,7 @@ class Retiming(retiming.Retiming):
 
 
 def made(rate, duration, seed=0):
-    """Return when a robot stamps its messages [s]."""
+    """Return a robot's stamps [s], which have a little jitter."""
     n = int(duration * rate)
     return np.arange(n) / rate + np.random.default_rng(seed).normal(0.0, JITTER, n)
 
@@ -36,9 +36,9 @@ def lossy(rate, share, seed=1):
 
 def stalled(t, seed=0, link=3e-4):
     """
-    Return arrivals at a receiver that is away for 50 to 110 ms about three times a second.
+    Return arrivals at a receiver that pauses for 50 to 110 ms about three times a second.
 
-    The link to it delays by ``link`` [s] in the mean.
+    ``link`` is the mean delay of the link to it [s].
     """
     random = np.random.default_rng(seed)
     n = int(4 * (t[-1] - t[0])) + 40
@@ -50,28 +50,28 @@ def stalled(t, seed=0, link=3e-4):
 
 
 def bursts(t):
-    """Return arrivals at such a receiver over a link that does not delay."""
+    """Return arrivals at a receiver that pauses, over a link without delay."""
     return stalled(t, link=0.0)
 
 
 def queued(t, seed=0):
-    """Return arrivals over a link that delays each by 15 ms in the mean and keeps the order."""
+    """Return arrivals over a link with a mean delay of 15 ms that keeps the order."""
     delays = np.random.default_rng(seed).exponential(0.015, len(t))
     return np.maximum.accumulate(t + delays)
 
 
 def polled(t, seed=0):
-    """Return arrivals at a receiver that looks at no regular times, 77 times a second."""
+    """Return arrivals at a receiver that polls at irregular times, 77 times a second."""
     random = np.random.default_rng(seed)
-    looks = t[0] + np.cumsum(random.exponential(0.013, int(100 * (t[-1] - t[0])) + 100))
-    return looks[np.searchsorted(looks, t)]
+    polls = t[0] + np.cumsum(random.exponential(0.013, int(100 * (t[-1] - t[0])) + 100))
+    return polls[np.searchsorted(polls, t)]
 
 
 PATTERNS = [stalled, queued, polled]
 
 
 def run(retiming, arrivals, fresh=True, start=START):
-    """Return the stamps [s since start] handed out, NaN for None, and those that began anew."""
+    """Return the stamps [s after start], NaN for None, and whether each starts a time line."""
     out, restarted = [], []
     for x in arrivals:
         stamp = retiming.update(start + round(x * 1e9), fresh)
@@ -82,6 +82,6 @@ def run(retiming, arrivals, fresh=True, start=START):
 
 
 def increases(out, restarted):
-    """Tell whether stamps increase but for where they are said to begin anew."""
+    """Return whether stamps increase, except where a time line starts."""
     given = np.isfinite(out)
     return bool((np.diff(out[given]) > 0)[~restarted[given][1:]].all())

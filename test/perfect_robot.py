@@ -1,4 +1,4 @@
-"""A robot whose every effort is modelled, and whose velocity lags as the real one's: for tests."""
+"""Robot whose effort is fully modelled and whose velocity lags like that of a real robot."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ VELOCITY_LAG = 0.014  # [s]
 
 
 def trajectory(t, scale=1.0) -> tuple:
-    """Return q, qd, qdd (n, 7) at times t (n,) in s: a slow sine a joint, s1 within its spring."""
+    """Return q, qd, qdd (n, 7) at times t (n,) [s]: a slow sine per joint, s1 in spring range."""
     amplitude = scale * np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
     w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
     angle = w * np.asarray(t)[:, None] + np.arange(7)
@@ -22,14 +22,14 @@ _FREQUENCY = 2 * np.pi * np.array([[0.2], [0.5], [0.9]])  # [rad/s]
 
 
 def sines(t) -> tuple:
-    """Return q, qd, qdd (n, 7) at times t (n,): a sum of three sines for each joint."""
+    """Return q, qd, qdd (n, 7) at times t (n,) [s]: a sum of three sines per joint."""
     angle = _FREQUENCY * np.asarray(t)[:, None, None] + _PHASE
     return tuple((_AMPLITUDE * _FREQUENCY ** k * np.sin(angle + k * np.pi / 2)).sum(-2)
                  for k in range(3))
 
 
 def measured(settings, t, motion=trajectory) -> tuple:
-    """Return the position, velocity and effort (n, 7) that it measures at times t (n,)."""
+    """Return measured position, velocity and effort (n, 7) at times t (n,) [s]."""
     q, qd, qdd = motion(t)
     effort = settings.model.effort_model.effort(
         settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)

@@ -1,4 +1,4 @@
-"""Messages of a perfect robot played to a stream handler, and what is right about the results."""
+"""Messages of a perfect robot, played to a predictor, and checks of the results."""
 
 from typing import NamedTuple
 
@@ -29,29 +29,29 @@ def robot(t, stamps):
 
 
 class Run(NamedTuple):
-    """What a stream handler made of messages: each by the number of the message it came with."""
+    """A predictor and its results, by the index of the message that produced them."""
 
     predictor: object
     predictions: dict
     external: dict
 
     def since(self, first: int) -> 'Run':
-        """Return what came with messages from ``first`` on, which counts as number zero."""
+        """Return the results of messages from index ``first`` on, which becomes zero."""
         return Run(self.predictor, *({i - first: made for i, made in of.items() if i >= first}
                                      for of in self[1:]))
 
     def withheld(self, after: int) -> int:
-        """Return how many messages from number ``after`` on gave no prediction at first."""
+        """Return the number of messages from index ``after`` to the next prediction."""
         return min(i for i in self.predictions if i >= after) - after
 
     def counts(self) -> dict:
-        """Return the counts of events, except messages that wait for the period of stamps."""
+        """Return the counts of events, except of messages that wait for the period of stamps."""
         return {event: n for event, n in self.predictor.counts.items()
                 if isinstance(event, Event) and event is not Event.AWAITING_PERIOD}
 
 
 def play(messages, mode) -> Run:
-    """Play messages to a new stream handler."""
+    """Play messages to a new predictor."""
     run = Run(Predictor(SETTINGS[mode], external=True), {}, {})
     for i, message in enumerate(messages):
         step = run.predictor.handle(*message)
@@ -64,12 +64,12 @@ def play(messages, mode) -> Run:
 
 
 def stacked(made: dict, *names) -> list:
-    """Return fields of what was made, one row each."""
+    """Return fields of results as arrays, one row per result."""
     return [np.array([getattr(each, name) for each in made.values()]) for name in names]
 
 
 def assert_same(run: Run, wanted: Run):
-    """Assert that two runs published the same, to the last bit."""
+    """Assert that the results of two runs are equal to the last bit."""
     assert wanted.predictions.keys() == run.predictions.keys() and wanted.predictions
     assert wanted.external.keys() == run.external.keys()
     names = 'stamp_ns', 'q', 'qd', 'qdd', 'effort', 'residual'
@@ -81,14 +81,14 @@ def assert_same(run: Run, wanted: Run):
 
 
 def back_steps(of: dict) -> dict:
-    """Return where stamps do not increase: message's number to by how much they run back [s]."""
+    """Return by how much stamps step back [s], by the index of the message."""
     numbers = list(of)
     steps = np.diff([of[i].stamp_ns for i in numbers])
     return {numbers[k + 1]: -steps[k] * 1e-9 for k in np.flatnonzero(steps <= 0)}
 
 
 def instants(made: dict) -> np.ndarray:
-    """Return what the stamps say [s after START]."""
+    """Return the stamps of results [s after START]."""
     return np.array([each.stamp_ns - START for each in made.values()]) * 1e-9
 
 
@@ -101,9 +101,9 @@ def lags(made: dict, ahead: float) -> np.ndarray:
 
 def assert_right(run: Run, ahead: float = 0.0, late: float = 0.0):
     """
-    Assert that all is what it truly was when the stamps, less ``ahead`` [s], say.
+    Assert that results equal the true motion at their stamps less ``ahead`` [s].
 
-    Where stamps are re-timed, they are later, in the mean no more than messages are ``late`` [s].
+    Re-timed stamps may lag by ``late`` [s], the mean delay of the messages.
     """
     margin = 0.016 if late else 1e-4  # [s]; as long after a lock as the line needs
     for made in run[1:]:

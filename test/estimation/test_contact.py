@@ -1,4 +1,4 @@
-"""The contact detector: when contact begins and ends, and what is learnt of free motion."""
+"""Contact detector: begin and end of contact, and thresholds learned from free motion."""
 
 from baxter_dynamics_ros.estimation.contact import ContactDetector
 from baxter_dynamics_ros.estimation.settings import ContactSettings
@@ -25,13 +25,13 @@ def play(detector, rows, period=PERIOD, speed=0.0):
 
 
 def still(seconds, value=REST, period=PERIOD):
-    """Return rows that are all alike, (n, 7)."""
+    """Return equal rows (n, 7)."""
     return np.tile(value, (round(seconds / period), 1))
 
 
 @pytest.fixture
 def detector():
-    """Return a detector that has seen rest for long: thresholds are at their floors."""
+    """Return a detector after long rest: thresholds are at their floors."""
     detector = new_detector()
     assert not play(detector, still(2.0)).any()
     assert not play(detector, still(300.0, period=0.5), 0.5).any()
@@ -71,7 +71,7 @@ def test_required_number_of_samples(detector):
     assert play(detector, [REST + 5.0 * FLOOR] * 6).tolist() == [False] * 4 + [True] * 2
 
 
-def test_samples_in_a_row_must_be_of_one_joint(detector):
+def test_consecutive_samples_must_be_of_one_joint(detector):
     rows = [REST + 1.2 * FLOOR * ONE[k % 2] for k in range(20)]
     assert not play(detector, rows).any()
 
@@ -83,7 +83,7 @@ def test_close_samples_must_span_eight_milliseconds(detector, size):
 
 
 @pytest.mark.parametrize('rate', [38.0, 100.0, 1000.0])
-def test_finds_a_push_at_any_rate_alike(rate):
+def test_push_is_found_equally_fast_at_any_rate(rate):
     period, detector = 1.0 / rate, new_detector()
     play(detector, still(3.0, period=period), period)
     t = period * np.arange(round(0.5 / period))[:, None]
@@ -101,7 +101,7 @@ def test_contact_lasts_until_all_joints_are_back(detector):
     assert not detector.joints.any()
 
 
-def test_never_learns_in_contact_or_on_the_way_to_it(detector, rng):
+def test_nothing_is_learned_during_contact_or_suspected_contact(detector, rng):
     before = detector.bias, detector.sigma, detector.threshold
     rows = [REST + 1.1 * FLOOR * ONE[1], *(REST + 1.5 * FLOOR * rng.uniform(1.0, 1.3, (100, 7)))]
     for row in rows:
@@ -110,7 +110,7 @@ def test_never_learns_in_contact_or_on_the_way_to_it(detector, rng):
     assert detector.in_contact
 
 
-def test_pushes_leave_next_to_nothing_behind(detector):
+def test_pushes_hardly_change_what_was_learned(detector):
     before = detector.sigma
     shape = np.concatenate([1.0 - np.exp(-np.arange(0.0, 0.8, PERIOD) / 0.1),
                             np.exp(-np.arange(0.0, 1.2, PERIOD) / 0.1)])
@@ -121,7 +121,7 @@ def test_pushes_leave_next_to_nothing_behind(detector):
     np.testing.assert_array_equal(detector.threshold, FLOOR)
 
 
-def test_bias_follows_free_motion_the_less_the_closer_it_is_to_the_threshold(detector):
+def test_bias_follows_free_motion_more_slowly_near_the_threshold(detector):
     time = {}
     for part in (0.1, 0.6, 0.9):
         moved, k = REST + part * FLOOR, 0
@@ -134,14 +134,14 @@ def test_bias_follows_free_motion_the_less_the_closer_it_is_to_the_threshold(det
     assert time[0.1] < 0.9 * time[0.6] < 0.7 * time[0.9]
 
 
-def test_slow_push_is_found_once_it_is_more_than_a_model_may_be_wrong_by(detector):
+def test_slow_push_is_found_once_it_exceeds_the_largest_model_error(detector):
     t = np.arange(0.0, 30.0, PERIOD)[:, None]
     push = 2.0 * LIMIT * ONE[3] * t / 30.0
     first = np.argmax(play(detector, push))
     assert LIMIT[3] < push[first, 3] < LIMIT[3] + 1.1 * FLOOR[3]
 
 
-def test_what_stays_within_the_limit_is_given_up_and_teaches_where_the_arm_moves(detector):
+def test_contact_within_the_limit_is_dropped_and_learned_if_the_arm_moves(detector):
     step = 0.8 * LIMIT * ONE[1]
     found = play(detector, still(6.0, REST + step), speed=0.1)
     assert 1.5 < PERIOD * np.count_nonzero(found) < 3.0
@@ -152,7 +152,7 @@ def test_what_stays_within_the_limit_is_given_up_and_teaches_where_the_arm_moves
     assert (detector.threshold <= LIMIT).all()
 
 
-def test_what_leans_on_a_still_arm_is_found_again(detector):
+def test_push_within_the_limit_on_a_resting_arm_is_found_again(detector):
     step = 0.8 * LIMIT * ONE[1]
     assert not play(detector, still(6.0, REST + step))[-1]  # given up
     np.testing.assert_array_equal(detector.threshold, FLOOR)
@@ -160,14 +160,14 @@ def test_what_leans_on_a_still_arm_is_found_again(detector):
     assert play(detector, still(0.1, REST + step)).any()
 
 
-def test_what_is_beyond_the_limit_stays_contact(detector):
+def test_contact_beyond_the_limit_lasts(detector):
     found = play(detector, still(20.0, REST + 1.5 * LIMIT * ONE[1]))
     assert found[1:].all()
     assert not play(detector, still(1.0))[-1]
     np.testing.assert_array_equal(detector.threshold, FLOOR)
 
 
-def test_while_the_observer_settles_nothing_is_contact_or_learnt():
+def test_no_contact_and_no_learning_while_the_observer_settles():
     detector, t = new_detector(), np.arange(0.0, SETTLING - 0.02, PERIOD)[:, None]
     assert not play(detector, 3.0 * LIMIT * (1.0 - np.exp(-10.0 * t))).any()
     np.testing.assert_array_equal(detector.bias, 0.0)
@@ -201,7 +201,7 @@ def test_reset_forgets_everything():
             np.testing.assert_array_equal(getattr(used, name), getattr(new, name))
 
 
-def test_contact_is_unknown_after_a_restart_and_then_goes_on_or_ends(detector):
+def test_contact_is_unknown_after_a_restart_and_then_continues_or_ends(detector):
     for push in (0.8 * LIMIT, 0.0 * LIMIT):
         assert play(detector, still(0.5, REST + 0.8 * LIMIT))[-1]
         detector.restart()
@@ -212,18 +212,18 @@ def test_contact_is_unknown_after_a_restart_and_then_goes_on_or_ends(detector):
         assert found[-1] == (push > 0.0).any()
 
 
-def test_contact_is_unknown_until_the_first_samples_after_settling_are_judged():
+def test_contact_is_unknown_until_the_first_samples_after_settling_are_decided():
     detector, period = new_detector(), 0.002
     for row in still(1.0, 2.0 * LIMIT, period):
         assert detector.update(period, row, HOME) or detector.is_settling
     assert not detector.is_settling
 
 
-def test_a_changed_model_moves_the_bias_in_free_motion_alone(detector):
+def test_a_changed_model_shifts_the_bias_only_in_free_motion(detector):
     detector.rebase(0.5 * FLOOR)
     np.testing.assert_allclose(detector.bias, REST + 0.5 * FLOOR)
     assert not play(detector, still(0.5, REST + 0.5 * FLOOR)).any()
-    assert play(detector, still(0.5, REST + 3.0 * LIMIT))[-1]  # a load, which the model then has
+    assert play(detector, still(0.5, REST + 3.0 * LIMIT))[-1]  # a load, next in the model
     detector.rebase(-3.0 * LIMIT)
     np.testing.assert_allclose(detector.bias, REST + 0.5 * FLOOR)
     assert not play(detector, still(0.1, REST + 0.5 * FLOOR))[-1]

@@ -1,4 +1,4 @@
-"""Pushes on the fake Baxter and on recordings of real arms are contact, soon; nothing else is."""
+"""Delay and false alarms of contact detection, on the fake Baxter and on recordings."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -26,7 +26,7 @@ CASES = pytest.mark.parametrize('trajectory, rate, model', [
 
 @lru_cache
 def run(trajectory, pushed=True):
-    """Return the motion of a robot that is pushed as planned, or not at all for 12 s."""
+    """Return the motion of a robot pushed according to PLAN, or 12 s without pushes."""
     if pushed:
         return benchmark.run(trajectory, SEED, PLAN[-1].begin + benchmark.SPACING, PLAN)
     return benchmark.run(trajectory, SEED, 12.0)
@@ -40,7 +40,7 @@ def judged(trajectory, rate, model, pushed=True):
 
 
 @CASES
-def test_every_push_is_contact_soon_and_until_it_ends(trajectory, rate, model):
+def test_every_push_is_found_soon_and_until_it_ends(trajectory, rate, model):
     motion, contact = judged(trajectory, rate, model)
     late = 1e3 * benchmark.latencies(motion, contact, PLAN)
     hand, elbow = late[~AT_ELBOW], late[AT_ELBOW]
@@ -56,7 +56,7 @@ def test_every_push_is_contact_soon_and_until_it_ends(trajectory, rate, model):
 
 
 @CASES
-def test_nothing_else_is_contact(trajectory, rate, model):
+def test_no_contact_without_a_push(trajectory, rate, model):
     assert not judged(trajectory, rate, model, pushed=False)[1].any()
     motion, contact = judged(trajectory, rate, model)
     begin = motion.times[1:][contact[1:] & ~contact[:-1]]
@@ -64,7 +64,7 @@ def test_nothing_else_is_contact(trajectory, rate, model):
     assert ((since > 0.0) & (since < benchmark.LENGTH + 0.5)).any(axis=1).all()
 
 
-def test_ten_newtons_stay_contact_for_as_long_as_they_last():
+def test_contact_lasts_as_long_as_a_push_of_ten_newtons():
     push = benchmark.Push(4.0, np.array([10.0, 0.0, 0.0]), np.zeros(7))
     motion = benchmark.at_rate(benchmark.run('hold', SEED, 11.0, [push], length=6.0), 100)
     t, contact = motion.times, benchmark.play(motion, benchmark.FRICTION).contact
@@ -74,7 +74,7 @@ def test_ten_newtons_stay_contact_for_as_long_as_they_last():
 
 
 @pytest.mark.parametrize('trajectory, limit', [('hold', 0.10), ('switch', 0.13)])
-def test_residuals_have_a_fraction_of_the_first_differences_noise(trajectory, limit):
+def test_residual_has_a_fraction_of_the_noise_of_the_first_difference(trajectory, limit):
     ratios = benchmark.noise(benchmark.at_rate(run(trajectory, False), 100), benchmark.FRICTION)
     print(trajectory, ratios)
     assert max(ratios) <= limit
@@ -119,7 +119,7 @@ def test_pushes_are_found_soon_with_at_most_two_false_contacts_a_minute(recordin
     assert false <= 2.0 * minutes
 
 
-def test_calibrated_on_another_recording_it_is_better(recordings):
+def test_calibration_on_another_recording_improves_detection(recordings):
     hand, elbow, false, minutes = judged_on(recordings, TRACKING, calibrated=True)
     before, *_ = judged_on(recordings, TRACKING)
     assert np.isfinite(hand).all() and np.percentile(hand, 90) <= 100.0
@@ -128,7 +128,7 @@ def test_calibrated_on_another_recording_it_is_better(recordings):
     assert false <= 0.5 * 2.0 * minutes
 
 
-def test_residual_and_external_torque_have_a_fraction_of_that_noise_too(recordings):
+def test_noise_of_residual_and_external_torque_on_recordings(recordings):
     for file in (TRACKING, REACHING):
         motion = load(recordings)[file][0].part(slice(0, 3000))
         residual, external = benchmark.noise(motion, window=1.0)

@@ -1,4 +1,4 @@
-"""Which samples continue the stream, restart it or are dropped; velocity against positions."""
+"""Samples that continue the stream, restart it or are dropped; check of the velocity."""
 
 from baxter_dynamics_ros.estimation.continuity import Continuity, VelocityCheck
 from baxter_dynamics_ros.estimation.events import Event
@@ -21,7 +21,7 @@ GREATEST_SPEED = np.array([2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0])  # [rad/s]
 
 @pytest.fixture
 def continuity():
-    """Return one that has taken in a sample at START."""
+    """Return one that has accepted a sample at START."""
     continuity = Continuity()
     assert continuity.judge(START, Q, QD, EFFORT) is None
     return continuity
@@ -42,7 +42,7 @@ def test_gap(continuity):
     assert judge(continuity, 260 * MS) is None
 
 
-def test_a_clock_far_ahead_is_left_again(continuity):
+def test_stray_stamps_far_ahead_do_not_restart_the_stream(continuity):
     day = 24 * 3600 * 1000 * MS
     assert judge(continuity, day) is Event.UNCONFIRMED
     assert judge(continuity, 10 * MS) is None
@@ -58,7 +58,7 @@ def test_backwards(continuity, late, event):
     assert judge(continuity, -late) is event
 
 
-def test_a_stray_message_costs_one_message(continuity):
+def test_a_stray_message_is_dropped_alone(continuity):
     for k in range(1, 20):
         for now, change in ((100 * k, {'q': Q + 0.5}), (100 * k + 20, {'qd': None})):
             assert judge(continuity, now * MS, **change) is Event.UNCONFIRMED
@@ -67,12 +67,12 @@ def test_a_stray_message_costs_one_message(continuity):
         assert judge(continuity, (100 * k + 40) * MS) is None
 
 
-def test_contradicting_messages_restart_the_stream_after_the_fifth(continuity):
+def test_fifth_contradicting_message_restarts_the_stream(continuity):
     events = [judge(continuity, 10 * k * MS, q=Q + 0.5 * k) for k in range(1, 11)]
     assert events == 2 * (4 * [Event.UNCONFIRMED] + [Event.RESET_POSITION_JUMP])
 
 
-def test_the_fifth_late_sample_in_a_row_is_accepted(continuity):
+def test_fifth_late_message_restarts_the_stream(continuity):
     events = [judge(continuity, (-100 + 10 * i) * MS) for i in range(6)]
     assert events == [Event.OUT_OF_ORDER] * 4 + [Event.RESET_CLOCK_JUMP, None]
 
@@ -126,7 +126,7 @@ def test_same_stamp_new_data_is_taken_and_remembered(continuity, change):
 
 
 @pytest.mark.parametrize('after', [0, 10 * MS])
-def test_velocity_that_comes_or_goes_starts_anew(continuity, after):
+def test_velocity_that_appears_or_disappears_restarts_the_stream(continuity, after):
     events = [judge(continuity, after + k * MS, qd=None) for k in (0, 10)]
     assert events == CONFIRMED[Event.RESET_VELOCITY_SOURCE]
     assert judge(continuity, after + 20 * MS, qd=None) is None
@@ -143,7 +143,7 @@ WRONG = {'zero': lambda qd: 0.0 * qd, 'frozen': lambda qd: 0.0 * qd + 0.3,
 
 
 def played(spoil, until=len(T)):
-    """Play a perfect robot, with velocity spoilt in the first messages."""
+    """Play a perfect robot whose velocity is wrong in the first messages."""
     predictor = Predictor(PredictorSettings(), external=True)
     made = []
     for k, (q, qd, effort) in enumerate(zip(*measured(PredictorSettings(), T))):
@@ -182,7 +182,7 @@ def test_frozen_positions_are_reported():
 
 def test_velocity_that_lags_a_fast_small_motion_agrees():
     check, t = VelocityCheck(), np.arange(0.0, 3.0, 0.0025)
-    w = 60.0  # [rad/s]; a joint that a push of 200 N throws to and fro
+    w = 60.0  # [rad/s]; a joint that swings after a push of 200 N
     assert all(check.update(0.0025, np.full(7, q), np.full(7, qd)) for q, qd in zip(
         0.15 * np.sin(w * t), 0.15 * w * np.cos(w * (t - 0.014))))
 

@@ -133,7 +133,7 @@ def test_joint_stop():
     assert explain(lambda *_: -push, lambda t: (q, zero, zero)).kind != 'joint_stop'
 
 
-def test_noise_is_not_explained_and_few_samples_neither(rng):
+def test_noise_and_few_samples_are_not_explained(rng):
     sentence = explain(lambda *_: rng.normal(0.0, DEVIATION))
     assert (sentence.kind, sentence.text) == ('none', 'residual is within the expected deviation')
     elsewhere = explain(lambda q, *_: 9.0 * np.sin(40.0 * q))
@@ -148,7 +148,7 @@ def test_residuals_before_effort_went_missing_are_forgotten():
 
 
 def test_coupled_joints():
-    """Crosstalk passes the torque of a payload on to another joint."""
+    """Crosstalk adds the torque of a payload to the effort of another joint."""
     crosstalk = np.zeros((7, 7))
     crosstalk[3, 2] = -0.3
     model = EffortModel(crosstalk=crosstalk, deviation=DEVIATION)

@@ -1,4 +1,4 @@
-"""External torque: its sign beside the residual's, and what changes in mid-stream."""
+"""External torque and contact: sign, time, interruptions, and settings changed in mid-stream."""
 
 from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.external import contact_settings
@@ -23,7 +23,7 @@ def measured(settings, seconds=4.0, period=0.01, external=None, velocity=True) -
     """Return stamp, position, velocity, effort of a perfect robot that is pushed from 1 s on."""
     t = np.arange(0.0, seconds, period)
     q, late, effort = perfect_robot.measured(settings, t)
-    if external is not None:  # the motors supply the less
+    if external is not None:  # the motors supply less
         effort[t >= 1.0] -= settings.model.effort_model.coupled(external)
     stamps = [START + round(x * 1e9) for x in t]
     return list(zip(stamps, q, late if velocity else [np.empty(0)] * len(t), effort))
@@ -55,11 +55,11 @@ def test_a_push_is_external_effort_and_its_negative_is_residual():
     assert externals[-1].joints[:4].all() and not externals[99].joints.any()
 
 
-def test_its_stamp_is_as_much_earlier_as_the_velocity_lags():
+def test_stamp_is_earlier_by_the_lag_of_the_velocity():
     settings = PredictorSettings()
     messages = measured(settings, 1.0)
     _, externals = play(Predictor(settings, external=True), messages)
-    assert externals[0] is externals[1] is None  # nothing is known of 14 ms before the first
+    assert externals[0] is externals[1] is None  # 14 ms earlier is before the first sample
     for message, external in zip(messages[2:], externals[2:]):
         assert external.stamp_ns == message[0] - 14 * MS
     then = perfect_robot.trajectory([(externals[-1].stamp_ns - START) * 1e-9])
@@ -67,7 +67,7 @@ def test_its_stamp_is_as_much_earlier_as_the_velocity_lags():
     np.testing.assert_allclose(externals[-1].qd, then[1][0], atol=1e-12)
 
 
-def test_what_the_effort_model_has_is_no_external_effort():
+def test_terms_of_the_effort_model_are_not_external_effort():
     settings = PredictorSettings.from_parameters({
         'effort_model.coulomb': [0.5] * 7, 'effort_model.coulomb_velocity': 0.3,
         'effort_model.viscous': [0.2] * 7, 'effort_model.bias': [1.0, -2.0, 0.5, 0.3, 0, 0, 0],
@@ -75,12 +75,11 @@ def test_what_the_effort_model_has_is_no_external_effort():
         'base.roll': 0.1, 'base.pitch': -0.2})
     _, externals = play(Predictor(settings, external=True), measured(settings))
     assert np.abs(efforts(externals[-300:])).max() < 0.15
-    told_nothing = Predictor(PredictorSettings(), external=True)
-    _, externals = play(told_nothing, measured(settings))
+    _, externals = play(Predictor(PredictorSettings(), external=True), measured(settings))
     assert np.abs(efforts(externals[-300:])).max() > 2.0
 
 
-def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
+def test_a_new_payload_steps_the_residual_by_its_torque_only():
     empty, after = PredictorSettings(), PredictorSettings.from_parameters(LOAD)
     messages = measured(after)
     predictor, fresh = (Predictor(settings, external=True) for settings in (empty, after))
@@ -91,7 +90,7 @@ def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
     # With the new payload from the next message on, and no settling in between.
     np.testing.assert_array_equal(then, expected[200:])
     assert np.abs(np.array(first[-1]) - expected[199]).max() > 2.0
-    # So does external effort, but for what the payload's acceleration needs, which fades.
+    # So does external effort, except for the inertial torque of the payload, which fades.
     error = np.abs(efforts(externals_then) - efforts(externals_expected[200:])).max(axis=1)
     before = np.abs(externals[-1].effort - externals_expected[199].effort).max()
     assert error[0] < 0.25 * before and (error[150:] < 1e-4).all()
@@ -102,7 +101,7 @@ def test_a_new_payload_steps_the_residual_by_its_own_torque_and_no_more():
     {'external_effort.gain': 5.0}, {'contact.sigmas': 4.0}, {'acceleration.cutoff': 4.0},
     {'acceleration.velocity_lag': 0.03}],
     ids=str)
-def test_a_changed_setting_keeps_what_the_contact_detector_has_learned(change):
+def test_a_changed_setting_keeps_the_learned_thresholds(change):
     settings, new = PredictorSettings(), PredictorSettings.from_parameters(change)
     messages, predictor = measured(settings), Predictor(settings, external=True)
     play(predictor, messages[:200])
@@ -116,7 +115,7 @@ def test_a_changed_setting_keeps_what_the_contact_detector_has_learned(change):
 
 
 def stray(message, others=False):
-    """Return a copy of a message that is 0.6 s old, or that another publisher has sent now."""
+    """Return a copy of a message that is 0.6 s old, or one of another publisher."""
     stamp, q, qd, effort = message
     return (stamp, q + 0.7, 0.0 * qd, effort) if others else (stamp - 600 * MS, q, qd, effort)
 
@@ -137,7 +136,7 @@ INTERRUPTIONS = {
 
 
 @pytest.mark.parametrize('name', INTERRUPTIONS)
-def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
+def test_a_lasting_push_remains_contact_after_an_interruption(name):
     change_messages, change_settings, unknown = INTERRUPTIONS[name]
     settings = PredictorSettings()
     messages = measured(settings, external=3.0 * PUSH)
@@ -154,7 +153,7 @@ def test_no_interruption_turns_a_lasting_push_into_no_contact(name):
     assert contact.count(None) <= unknown and None not in contact[60:]
 
 
-def test_a_stray_message_every_0_4_s_costs_no_more_than_itself():
+def test_a_stray_message_every_0_4_s_does_not_disturb_contact():
     settings = PredictorSettings()
     jacobian = settings.model.arm.jacobian(perfect_robot.trajectory(np.arange(1.0, 4.0, 0.01))[0])
     predictor = Predictor(settings, external=True)
@@ -177,7 +176,7 @@ def test_no_contact_is_reported_at_a_rate_too_low_for_it(rate):
     assert predictor.external.is_too_slow
 
 
-def test_without_effort_there_is_none_and_then_it_begins_anew():
+def test_no_external_torque_without_effort_and_a_restart_after_it():
     settings = PredictorSettings()
     messages = measured(settings, external=PUSH)
     for i in range(200, 250):
@@ -196,7 +195,7 @@ def test_without_velocity_it_uses_the_slope_of_the_positions():
     np.testing.assert_allclose(externals[-1].effort, PUSH, atol=0.1)
 
 
-def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():
+def test_dahl_friction_restarts_when_it_is_enabled_again():
     without = PredictorSettings()
     with_ = without.replace({'effort_model.dahl': [3.0] * 7})
     messages = measured(with_, 3.0)
@@ -207,7 +206,7 @@ def test_friction_with_a_memory_begins_anew_when_it_is_switched_on_again():
     predictor.configure(with_)
     stamp, *arrays = messages[200]
     step = predictor.handle(stamp, RIGHT, *arrays)
-    np.testing.assert_array_equal(step.estimate.presliding, 0.0)  # nothing is known of before
+    np.testing.assert_array_equal(step.estimate.presliding, 0.0)  # forgotten
 
 
 def test_expected_deviation_bounds_the_model_errors_of_contact():

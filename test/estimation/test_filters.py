@@ -1,4 +1,4 @@
-"""Filtered derivative, buffer of recent samples, and velocity from positions."""
+"""Butterworth derivative, history of samples, and velocity from positions."""
 
 import weakref
 
@@ -75,7 +75,7 @@ def test_no_step_makes_it_unstable(cutoff, exponents, rng):
 @pytest.mark.parametrize('cutoff', [0.5, 5.0, 50.0])
 def test_every_step_is_the_trapezoidal_rule(cutoff, rng):
     w = 2 * np.pi * cutoff
-    dt = rng.choice([0.01, 0.01, 0.002, 0.03], 500)  # some steps alike, some not
+    dt = rng.choice([0.01, 0.01, 0.002, 0.03], 500)  # some steps equal, some not
     u = rng.normal(size=(501, 7))
     value, derivative = run(u, dt, cutoff)
 
@@ -88,7 +88,7 @@ def test_every_step_is_the_trapezoidal_rule(cutoff, rng):
         w ** 2 * (mean(u) - mean(value)) - np.sqrt(2) * w * mean(derivative)), atol=1e-13 * w ** 2)
 
 
-def test_without_time_the_state_stays_and_the_sample_is_replaced():
+def test_zero_time_step_keeps_the_state_and_replaces_the_sample():
     u = np.array([0.0, 1.0, 9.0, 2.0, 3.0])
     value, derivative = run(u, [0.01, 0.0, 0.0, 0.01])
     np.testing.assert_array_equal(value[2:4], value[1])
@@ -113,7 +113,7 @@ def test_settling_time(cutoff):
 # ---- buffer of recent samples
 
 def filled(stamps, without_effort=()) -> History:
-    """Return a history that holds signals linear in time."""
+    """Return a history of signals linear in time."""
     history = History()
     for i, t in enumerate(stamps):
         history.append(t, Q + QD * t, None if i in without_effort else EFFORT + RATE * t)
@@ -131,7 +131,7 @@ def test_linear_signals_are_exact(rng):
 
 @pytest.mark.parametrize('t, known', [(0.05, True), (0.1, True), (0.15, False), (0.2, False),
                                       (0.25, False), (0.3, True)])
-def test_effort_is_missing_on_either_side_of_the_sample_without(t, known):
+def test_effort_is_missing_next_to_a_sample_without_effort(t, known):
     q, effort = filled([0.0, 0.1, 0.2, 0.3, 0.4], without_effort=[2]).at(t)
     np.testing.assert_allclose(q, Q + QD * t, atol=1e-12)
     assert (effort is not None) == known
@@ -193,7 +193,7 @@ def test_lag_while_the_window_fills():
 
 
 @pytest.mark.parametrize('rate', [100.0, 200.0])
-def test_jitter_does_not_decide_how_many_samples_are_in_the_window(rate, rng):
+def test_jitter_does_not_change_the_number_of_samples_in_the_window(rate, rng):
     stamps = np.arange(1000) / rate + rng.normal(0.0, 4e-5, 1000)
     _, lags = slopes(stamps, np.tile(Q, (1000, 1)))
     # One sample more or less would change the lag by half a period.

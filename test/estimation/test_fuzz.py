@@ -1,7 +1,7 @@
 """
-Arbitrary messages, parameters and requests in any order: nothing escapes, all is counted.
+Arbitrary messages, parameters and requests in any order: no exception, all are counted.
 
-Every run is the same. With BAXTER_DYNAMICS_FUZZ=3000 it tries 3000 sequences, others each time.
+Runs are reproducible. With BAXTER_DYNAMICS_FUZZ=3000 each run tries 3000 new sequences.
 """
 
 import os
@@ -54,7 +54,7 @@ def array_for(names):
 
 
 def fitting(setting):
-    """Draw a value in the range of the setting; it may still not go with those of others."""
+    """Draw a value in the range of the setting; it may contradict other settings."""
     default = setting.default
     if isinstance(default, bool):
         return st.booleans()
@@ -85,14 +85,14 @@ def unfitting(setting):
 
 
 def assert_sound(*arrays, shape=(7,)):
-    """Assert that arrays can be published, and that nobody can change them."""
+    """Assert that arrays are finite and read-only."""
     for array in arrays:
         assert array.shape == shape and np.isfinite(array).all()
         assert not array.flags.writeable
 
 
 class Life(stateful.RuleBasedStateMachine):
-    """Everything that can happen to the stream handler of a node."""
+    """All inputs of the predictor of a node."""
 
     handler = None
 
@@ -106,7 +106,7 @@ class Life(stateful.RuleBasedStateMachine):
         self.recent = StepStatistics(lambda: self.time)
 
     def send(self, names, *fields, step=10 * MS):
-        """Send a message ``step`` [ns] after the last, and look at what comes of it."""
+        """Send a message ``step`` [ns] after the last, and check the results."""
         self.stamp = min(max(self.stamp + step, FIRST), LAST)
         self.sent += 1
         self.last = names, *fields
@@ -134,7 +134,7 @@ class Life(stateful.RuleBasedStateMachine):
             assert np.isfinite(wrench.unexplained)
 
     def expect(self, event, side, names, *fields):
-        """Send what an arm must drop, for one reason."""
+        """Send a message that must be dropped for one reason."""
         before = self.handler.counts[event]
         self.send(names, *fields)
         assert side != self.settings.arm or self.handler.counts[event] == before + 1
@@ -165,7 +165,7 @@ class Life(stateful.RuleBasedStateMachine):
                           step=step if i else first)
 
     @stateful.rule(step=st.sampled_from([0, 1, 10 * MS]))
-    def same_comes_again(self, step):
+    def message_is_repeated(self, step):
         self.send(*self.last, step=step)
 
     @stateful.rule(stamp=STAMPS)
@@ -173,7 +173,7 @@ class Life(stateful.RuleBasedStateMachine):
         self.send(JOINT_STATE_NAMES, *self.motion(JOINT_STATE_NAMES), step=stamp - self.stamp)
 
     @stateful.rule(names=NAMES, step=STEPS, data=st.data())
-    def anything_comes(self, names, step, data):
+    def arbitrary_message_comes(self, names, step, data):
         self.send(names, *(data.draw(array_for(names)) for _ in range(3)), step=step)
 
     @stateful.rule(side=SIDE, field=FIELD, joint=JOINT, huge=HUGE,
@@ -202,11 +202,11 @@ class Life(stateful.RuleBasedStateMachine):
         self.expect(Event.DUPLICATE_JOINT, side, names, *self.motion(names))
 
     @stateful.rule(side=SIDE, names=st.lists(NOT_JOINTS), value=VALUES)
-    def others_speak(self, side, names, value):
+    def other_joints_come(self, side, names, value):
         self.expect(Event.NOT_THIS_ARM, side, names, *np.full((3, len(names)), value))
 
     def set_parameters(self, settings, values):
-        """Set parameters as the node does; return why they are refused, or an empty text."""
+        """Set parameters as the node does; return the reason for a refusal, or an empty text."""
         try:
             changed = self.settings.replace({s.name: value for s, value in zip(settings, values)})
         except ArgumentError as error:
@@ -220,7 +220,7 @@ class Life(stateful.RuleBasedStateMachine):
         refusal = self.set_parameters(changed, [data.draw(fitting(s)) for s in changed])
         together = ('links.', 'payload.', 'effort_model.spring_range', 'effort_model.crosstalk',
                     'method')
-        if refusal:  # in range, but these must go with each other, or be installed
+        if refusal:  # in range, but contradictory or not installed
             assert any(setting.name.startswith(together) for setting in changed), refusal
 
     @stateful.rule(fine=CHANGEABLE, wrong=CHANGEABLE, data=st.data())
@@ -230,16 +230,16 @@ class Life(stateful.RuleBasedStateMachine):
         assert len(refusal.splitlines()) == 1
 
     @stateful.rule()
-    def reset_is_asked_for(self):
+    def reset_is_requested(self):
         self.handler.reset()
 
     @stateful.rule(names=NAMES | st.just([]), stamp=STAMPS, data=st.data())
-    def anything_is_asked(self, names, stamp, data):
+    def arbitrary_request_is_made(self, names, stamp, data):
         *fields, qdd = (data.draw(array_for(names)) for _ in range(4))
         self.ask(joint_state(names, stamp, *fields), qdd.tolist())
 
     @stateful.rule(names=ORDERS, qdd=st.floats(-1e4, 1e4), later=st.sampled_from([0.0, 1.1]))
-    def what_makes_sense_is_asked(self, names, qdd, later):
+    def valid_request_is_made(self, names, qdd, later):
         self.time += later
         self.ask(joint_state(names, 0, *self.motion(names)), [qdd] * len(names))
         self.ask(joint_state([], 0), [])
@@ -262,7 +262,7 @@ class Life(stateful.RuleBasedStateMachine):
 
     @stateful.precondition(lambda self: self.handler)
     @stateful.invariant()
-    def counts_add_up_and_diagnostics_can_be_told(self):
+    def counts_add_up_and_state_is_finite(self):
         counts = self.handler.counts
         assert counts['received'] == self.sent
         assert counts['received'] == counts['taken'] + sum(counts[e] for e in DROPPED)
@@ -273,9 +273,9 @@ class Life(stateful.RuleBasedStateMachine):
         assert np.isfinite([clock.period or 0.0, clock.jitter or 0.0]).all()
 
 
-# Where it fails it looks for the shortest such sequence [s].
+# After a failure it searches for the shortest sequence that fails [s].
 @pytest.mark.timeout((600 if LONGER else 150) + LONGER)
-def test_nothing_escapes_and_all_is_counted():
+def test_no_exception_and_all_messages_are_counted():
     stateful.run_state_machine_as_test(Life, settings=PROFILE)
 
 
@@ -286,15 +286,15 @@ def test_rules_reach_every_event():
             (True, None, 10 * MS, 1.0), (True, 1.0, -MS, 0.0), (True, 1.0, 251 * MS, 0.0),
             (True, 0.0, -10 ** 18, 0.0), (False, 1.0, 0, 0.01)):
         life.arm_moves_and_then_jumps(60, names, velocity, 10 * MS, effort, then, moves)
-    life.same_comes_again(0)
+    life.message_is_repeated(0)
     for other in (1.0, np.inf):
         life.value_is_impossible('right', 0, 0, 1e308, other)
     life.length_is_wrong('right', 0, 1)
     life.joint_is_missing('right', 0, '')
     life.joint_is_named_twice('right', 0)
-    life.others_speak('right', [''], 0.0)
+    life.other_joints_come('right', [''], 0.0)
     life.messages_come_in_bunches(120, 6, 0, 3000 * MS)
-    life.reset_is_asked_for()
+    life.reset_is_requested()
     assert {*Event} - {*+life.handler.counts} == {
         Event.UNSTAMPED, Event.VELOCITY_MISMATCH, Event.POSITION_FROZEN}
     assert life.contact

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.filterwarnings('error')
 
 
 def values(names) -> dict:
-    """Return a message in which each joint of SDK has values of its own."""
+    """Return the fields of a message; values differ between the joints of SDK."""
     k = np.array([SDK.index(name) if name in SDK else len(SDK) for name in names], dtype=float)
     return {'position': 0.1 * k + 0.01, 'velocity': k + 0.02, 'effort': 10.0 * k + 0.03}
 
@@ -60,7 +60,7 @@ def test_missing_velocity_and_effort_are_none(selector, missing):
     (joint_names('right')[:6] + ('right_s0',), Event.DUPLICATE_JOINT),
 ], ids=['empty', 'gripper', 'other arm', 'similar names', 'six joints', 'one joint',
         'eight joints', 'one for another'])
-def test_refuses_names(selector, names, event):
+def test_names_without_a_complete_arm(selector, names, event):
     assert selector.read(names, **values(names)) is event
 
 

@@ -1,4 +1,4 @@
-"""Estimated motion of known trajectories: aligned, all signals are of one instant and band."""
+"""Motion estimator on known trajectories: all signals describe one instant and band."""
 
 from baxter_dynamics_ros.estimation.motion_estimator import MotionEstimator
 from baxter_dynamics_ros.estimation.settings import AccelerationSettings, PredictorSettings
@@ -75,8 +75,8 @@ def test_aligned_estimate_is_the_motion_at_its_instant(t, band, worst):
     assert error(motions, 'measured', effort(then)) < worst
 
 
-def test_effort_passes_as_velocity_of_its_instant_does(rng):
-    """Constant, ramp, sine, step and noise alike: the same filter, 20 ms later."""
+def test_effort_is_filtered_like_velocity_of_the_same_instant(rng):
+    """Velocity that lags by 20 ms is the same signal as effort."""
     signal = rng.normal(size=(300, 7)).cumsum(axis=0)
     velocity = signal[np.maximum(np.arange(300) - 2, 0)]  # lags by two samples
     motions = play(0.01 * np.arange(300), new(lag=0.02), None, velocity, signal)

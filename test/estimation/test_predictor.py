@@ -1,4 +1,4 @@
-"""The stream handler: residuals of known motion, their sign, and messages of all sorts."""
+"""Predictor: residual of known motion, missing fields, and changes of settings."""
 
 from baxter_dynamics_ros.estimation.events import Event, RESETS
 from baxter_dynamics_ros.estimation.predictor import Predictor, Step
@@ -49,13 +49,13 @@ def test_a_perfect_robot_has_no_residual(values):
 
 
 @pytest.mark.parametrize('extra', [1.0, -1.0])
-def test_residual_is_measured_less_predicted(extra):
+def test_residual_is_measured_minus_predicted(extra):
     settings = PredictorSettings()
     predictions = play(Predictor(settings), measured(settings, extra=extra))
     np.testing.assert_allclose(predictions[-1].residual, extra, atol=0.05)
 
 
-def test_fields_of_a_prediction_fit_together():
+def test_fields_of_a_prediction_are_consistent():
     settings = PredictorSettings.from_parameters({
         **CALIBRATED, 'effort_band': 'raw', 'effort_model.deviation': [0.3] * 7,
         'effort_model.deviation_velocity': [0.2] * 7,
@@ -86,16 +86,6 @@ def test_no_effort_means_no_residual(effort, event):
     assert predictor.counts[event] == 60
 
 
-def test_no_velocity_is_taken_from_the_positions():
-    settings = PredictorSettings()
-    messages = [(stamp, q, EMPTY, effort) for stamp, q, _, effort in measured(settings)]
-    predictor = Predictor(settings)
-    predictions = play(predictor, messages)
-    assert abs(messages[-1][0] - predictions[-1].stamp_ns - DELAY - MS) <= 1  # 15 ms, not 14
-    assert predictor.counts[Event.VELOCITY_MISSING] == len(messages)
-    assert (rms_residual(predictions[100:]) < 0.02).all()
-
-
 def test_spring_held_is_counted():
     settings = PredictorSettings.from_parameters({'effort_model.spring_range': [-0.5, 1.0]})
     predictor = Predictor(settings)
@@ -108,7 +98,7 @@ def test_spring_held_is_counted():
     assert predictor.counts[Event.SPRING_HELD] == 0
 
 
-def test_a_step_has_everything_that_a_message_gave():
+def test_a_step_holds_all_results_of_a_message():
     settings = PredictorSettings.from_parameters({'stamps': 'header'})
     predictor = Predictor(settings, external=True)
     for k, (stamp, *arrays) in enumerate(measured(settings, 40)):
@@ -130,7 +120,7 @@ def test_handled_arrays_are_not_aliased():
     messages = measured(settings, 60)
     wanted = play(Predictor(settings), messages)[-1]
     predictor, buffers = Predictor(settings), [np.empty(7) for _ in range(3)]
-    for stamp, *arrays in messages:  # a publisher that fills the same arrays again and again
+    for stamp, *arrays in messages:  # a publisher that reuses its arrays
         for buffer, array in zip(buffers, arrays):
             buffer[:] = array
         found = predictor.handle(stamp, RIGHT, *buffers).prediction
@@ -152,7 +142,7 @@ def test_results_are_read_only_and_do_not_change():
         np.testing.assert_array_equal(array, copy)
 
 
-def test_reset_starts_anew():
+def test_reset_restarts_the_stream_and_keeps_the_counts():
     settings = PredictorSettings()
     messages = measured(settings, 60)
     predictor = Predictor(settings)
@@ -168,7 +158,7 @@ def test_reset_starts_anew():
 
 @pytest.mark.parametrize('change', [{'acceleration.cutoff': 8.0}, {'align': False},
                                     {'acceleration.velocity_lag': 0.0}], ids=str)
-def test_another_estimator_starts_anew_and_keeps_the_counts(change):
+def test_changed_filter_settles_again_and_keeps_the_counts(change):
     before, after = PredictorSettings(), PredictorSettings.from_parameters(change)
     messages = measured(before, 100)
     predictor = Predictor(before)

@@ -1,4 +1,4 @@
-"""Recognition of times of arrival, and what can happen to them: rates, pauses, any stamps."""
+"""Recognition of times of arrival, and re-timing through changes of rate, pauses and jumps."""
 
 from arrivals import increases, lossy, made, PATTERNS, Retiming, run, stalled, START
 from baxter_dynamics_ros.estimation.retiming import MODES
@@ -10,7 +10,7 @@ import pytest
 
 @pytest.mark.parametrize('arrivals', [stalled(made(100.0, 3.0)), np.tile([-9e9, 9e9], 10)],
                          ids=['bursts', 'wild'])
-def test_header_believes_everything(arrivals):
+def test_mode_header_returns_all_stamps(arrivals):
     retiming = Retiming('header')
     stamps = [round(x * 1e9) for x in arrivals]
     assert [retiming.update(stamp, True) for stamp in stamps] == stamps
@@ -40,7 +40,7 @@ def test_robots_stamps_are_used(t):
     assert not retiming.retimed and retiming.resyncs == 0
 
 
-def test_repeated_data_tell_nothing():
+def test_repeated_data_are_no_evidence():
     retiming = Retiming('auto')
     for stamp in range(START, START + 10 ** 10, 10 ** 7):  # a simulation that publishes twice
         assert retiming.update(stamp, True) == stamp
@@ -49,8 +49,8 @@ def test_repeated_data_tell_nothing():
         assert not retiming.retimed
 
 
-def test_few_that_come_too_soon_tell_nothing():
-    # Two among a hundred, again and again: one of the robot's own hiccups, or of its clock's.
+def test_few_short_steps_are_no_evidence():
+    # Two short steps in each hundred.
     t = made(100.0, 20.0)
     t[50::100] = t[49::100]
     t[80::100] = t[79::100]
@@ -62,7 +62,7 @@ def test_few_that_come_too_soon_tell_nothing():
     assert retiming.retimed
 
 
-# ---- what is recognised
+# ---- recognition
 
 @pytest.mark.parametrize('rate', [38.0, 100.0, 1000.0])
 @pytest.mark.parametrize('pattern', PATTERNS)
@@ -83,7 +83,7 @@ def test_arrivals_are_recognised(pattern, rate):
     assert max(recognised) < (1.0 if rate >= 100 else 3.0)
 
 
-# ---- what can happen
+# ---- changes
 
 @pytest.mark.parametrize('rates', [(400.0, 100.0), (100.0, 120.0), (38.0, 1000.0)])
 @pytest.mark.parametrize('pattern', PATTERNS)
@@ -103,7 +103,7 @@ def test_another_rate(pattern, rates):
 
 
 @pytest.mark.parametrize('step', [0.3, 5.0, -0.3, -5.0, 1e9, -1e9])
-def test_a_pause_or_another_clock_begins_anew(step):
+def test_a_pause_or_another_clock_restarts_the_time_line(step):
     t = made(100.0, 10.0)
     arrivals = stalled(t)
     arrivals[500:] += step
@@ -117,7 +117,7 @@ def test_a_pause_or_another_clock_begins_anew(step):
     assert increases(out[locked:], restarted[locked:])
 
 
-def test_a_long_stall_is_no_pause():
+def test_a_long_stall_of_the_receiver_does_not_restart():
     t = made(100.0, 10.0)
     arrivals = t.copy()
     arrivals[500:520] = t[520]
@@ -138,7 +138,7 @@ def test_no_digit_is_lost(start):
     assert isinstance(there, int)
 
 
-def test_wild_stamps_do_no_harm():
+def test_re_timing_recovers_from_wild_stamps():
     random = np.random.default_rng(0)
     stamps = [int(x) for x in random.integers(-2 ** 63, 2 ** 63, 500)]
     for mode in MODES:
@@ -150,7 +150,7 @@ def test_wild_stamps_do_no_harm():
 
 
 @pytest.mark.parametrize('seed', range(2))
-def test_stamps_increase_whatever_happens(seed):
+def test_stamps_always_increase(seed):
     random = np.random.default_rng(seed)
     arrivals, last = [], 0.0
     for _ in range(30):  # pieces of streams of any rate and pattern

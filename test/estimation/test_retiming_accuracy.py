@@ -1,4 +1,4 @@
-"""How good re-timed stamps are: the acceleration made with them, their lag, and their lock."""
+"""Accuracy of re-timed stamps: acceleration, lag, evenness and locking."""
 
 from functools import lru_cache
 
@@ -18,7 +18,7 @@ RATES = [38.0, 100.0, 1000.0]
 
 @lru_cache
 def sensed(rate):
-    """Return 12 s of times [s], and the positions and velocities (n, 7) that are measured then."""
+    """Return 12 s of times [s], and the positions and velocities (n, 7) measured then."""
     sensors, none = Sensors(), np.zeros(7)
     every = round(1000 / rate)
     q, _, _ = sines(np.arange(12000) * 0.001)

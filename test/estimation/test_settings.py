@@ -1,4 +1,4 @@
-"""Every setting: its default, its range, refusals that name it, and its effect."""
+"""Settings: defaults, ranges, errors that name the setting, and effects."""
 
 from dataclasses import FrozenInstanceError, replace
 
@@ -23,7 +23,7 @@ make = PredictorSettings.from_parameters
 
 
 def refused(name, value):
-    """Assert that the value is refused with the name of the setting."""
+    """Assert that the value is refused and the error names the setting."""
     with pytest.raises(ArgumentError) as caught:
         make({name: value})
     assert name in str(caught.value)
@@ -84,7 +84,7 @@ def test_groups_are_frozen_and_check_their_values():
         ContactSettings(samples=2.5)
 
 
-def test_unknown_name_is_refused_with_the_known_ones():
+def test_error_of_an_unknown_name_lists_the_known_names():
     with pytest.raises(ArgumentError) as caught:
         make({'acceleration.cutof': 5.0})
     assert caught.value.argument == 'acceleration.cutof'

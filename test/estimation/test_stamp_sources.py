@@ -1,4 +1,4 @@
-"""Stamps that are useless, and stamps that are right again: source, losses and accuracy."""
+"""Sources of stamps: receipt for useless header stamps, and the return to header stamps."""
 
 import tracemalloc
 
@@ -24,7 +24,7 @@ def nanoseconds(t):
 
 
 def play(stamps, mode='auto', rows=ROWS, receipts=bursts(T)):
-    """Play rows with stamps [ns] and times of receipt [s]; return handler and predictions."""
+    """Play rows with stamps [ns] and times of receipt [s]; return predictor, predictions."""
     predictor = Predictor(PredictorSettings.from_parameters({'stamps': mode}), external=True)
     predictions = [
         predictor.handle(int(stamp), RIGHT, *row,

@@ -1,4 +1,4 @@
-"""The door: what it lets in and as what, on which time line, and that nothing goes uncounted."""
+"""Stream: samples, reasons to drop messages, re-timed stamps, and counts."""
 
 from arrivals import bursts, Retiming
 from baxter_dynamics_ros.estimation.events import Event, RESETS
@@ -25,14 +25,14 @@ def take(stream, after, q=Q, qd=QD, effort=EFFORT, names=RIGHT):
 
 
 def even(stream, n=LOCKED, since=0):
-    """Take n joint states, 10 ms apart, each with data of its own; return the samples."""
+    """Take n different joint states, 10 ms apart; return the samples."""
     return [take(stream, 10 * MS * i, effort=EFFORT + 0.004 * (i % 7))
             for i in range(since, since + n)]
 
 
 @pytest.fixture(params=['header', 'auto'])
 def stream(request):
-    """Return one that has let in a sample at START, whose stamps are used."""
+    """Return one that has accepted a sample at START and uses header stamps."""
     stream = Stream('right', request.param)
     assert take(stream, 0).begins
     return stream
@@ -55,14 +55,14 @@ def test_a_sample_is_the_state_and_the_step_to_it(stream):
     ({'effort': EMPTY}, Event.EFFORT_MISSING, 'effort'),
     ({'effort': np.zeros(7)}, Event.EFFORT_ALL_ZERO, 'effort'),
     ({'qd': EMPTY}, Event.VELOCITY_MISSING, 'qd')], ids=lambda x: getattr(x, 'value', None))
-def test_what_is_missing_is_counted_and_the_rest_taken(message, event, field):
+def test_missing_fields_are_counted_and_the_others_used(message, event, field):
     stream = Stream('right', 'auto')
     samples = [take(stream, 10 * MS * i, **message) for i in range(3)]
     assert all(getattr(sample, field) is None for sample in samples)
     assert stream.counts == {'received': 3, 'taken': 3, event: 3}
 
 
-# ---- who is turned away, and for which of several reasons
+# ---- dropped messages
 
 FAULTS = {
     Event.NOT_THIS_ARM: {'names': joint_names('left'), 'q': EMPTY},
@@ -76,10 +76,10 @@ FAULTS = {
 
 @pytest.mark.parametrize('after', [-700, -100, 0, 10, 999], ids=lambda ms: f'{ms} ms')
 @pytest.mark.parametrize('event', FAULTS, ids=lambda event: event.value)
-def test_what_a_message_holds_is_judged_before_its_stamp(stream, event, after):
+def test_fields_are_validated_before_the_stamp(stream, event, after):
     assert take(stream, after * MS, **FAULTS[event]) is None
     assert stream.counts == {'received': 2, 'taken': 1, event: 1}
-    sample = take(stream, 20 * MS)  # nothing of it is remembered
+    sample = take(stream, 20 * MS)  # it is forgotten
     assert sample.dt == pytest.approx(0.02) and not sample.begins
 
 
@@ -90,7 +90,7 @@ def test_what_a_message_holds_is_judged_before_its_stamp(stream, event, after):
     (10, {'q': Q + 0.5}, Event.RESET_POSITION_JUMP),
     (0, {'q': Q + 0.5}, Event.RESET_POSITION_JUMP)],
     ids=lambda x: getattr(x, 'value', None))
-def test_one_of_the_reasons_to_start_anew_is_counted(stream, after, change, event):
+def test_one_reason_for_a_restart_is_counted(stream, after, change, event):
     if event is not Event.RESET_GAP:
         assert take(stream, after * MS, **change) is None
         assert stream.counts[Event.UNCONFIRMED] == 1
@@ -133,7 +133,7 @@ def test_stamps_are_the_clocks(mode):
     assert 90 < begun[-1] < 130 and len(begun) == (2 if mode == 'auto' else 1)
 
 
-def test_a_reset_while_samples_are_withheld_costs_no_second_one():
+def test_a_gap_while_the_period_is_unknown_causes_one_restart():
     stream = Stream('right', 'arrival')
     even(stream, 50)
     samples = even(stream, 150, since=80)  # 0.3 s later
@@ -144,7 +144,7 @@ def test_a_reset_while_samples_are_withheld_costs_no_second_one():
 
 
 @pytest.mark.parametrize('moved, jumps', [(0.045, False), (0.055, True)])
-def test_how_far_an_arm_can_have_moved_follows_from_the_period(moved, jumps):
+def test_position_jumps_are_judged_by_the_period(moved, jumps):
     # Arrivals 2 ms apart of messages that are 10 ms apart: 2 rad/s * 1.5 * 10 ms + 0.02 rad.
     q = Q + [moved, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     stream = Stream('right', 'arrival')
@@ -160,7 +160,7 @@ def test_how_far_an_arm_can_have_moved_follows_from_the_period(moved, jumps):
 
 # ---- reset
 
-def test_a_reset_forgets_the_stream_and_keeps_the_counts(stream):
+def test_reset_forgets_the_stream_and_keeps_the_counts(stream):
     stream.reset()
     assert take(stream, -100 * MS, q=Q + 1.0).begins
     assert not take(stream, -90 * MS, q=Q + 1.0).begins

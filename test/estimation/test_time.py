@@ -1,4 +1,4 @@
-"""Honest time, end to end: whatever clocks do, each prediction is for the instant it bears."""
+"""Stamps of predictions, whatever the clocks do: each describes the motion at its stamp."""
 
 from arrivals import bursts
 from baxter_dynamics_ros.estimation.events import Event
@@ -12,7 +12,7 @@ import pytest
 LEFT = joint_names('left')
 BOTH = ('head_nod', 'head_pan', *LEFT[::-1], *RIGHT[::-1], 'torso_t0')
 SETTLING = 21  # messages at 100 Hz without a prediction, once the filter starts anew
-LOCKING = 1.45  # for which predictions are withheld while a line is found, and settling [s]
+LOCKING = 1.45  # time without predictions: locking and settling [s]
 
 pytestmark = pytest.mark.filterwarnings('error')
 
@@ -28,10 +28,10 @@ def jumped(stamps, at, by):
     return np.where(np.arange(len(stamps)) < at, stamps, stamps + by)
 
 
-# ---- what instant a prediction is for
+# ---- instant of a prediction
 
 @pytest.mark.parametrize('rate', [50.0, 400.0])
-def test_stamps_of_the_robot_say_the_instant(rate):
+def test_header_stamps_give_the_instant(rate):
     t = np.arange(int(1.5 * rate)) / rate
     run = play(robot(t, t), 'auto')
     assert_right(run)
@@ -43,7 +43,7 @@ def test_stamps_of_the_robot_say_the_instant(rate):
 
 
 @pytest.mark.parametrize('rate', [50.0, 400.0])
-def test_re_timed_stamps_say_it_but_for_what_messages_are_on_their_way(rate):
+def test_re_timed_stamps_give_the_instant_plus_the_transport_delay(rate):
     t = np.arange(int(3.5 * rate)) / rate
     arrivals = bursts(t)
     run = play(robot(t, arrivals), 'arrival')
@@ -51,12 +51,12 @@ def test_re_timed_stamps_say_it_but_for_what_messages_are_on_their_way(rate):
     assert_right(run.since(int(2 * rate)), late=np.mean(arrivals - t))
     assert not back_steps(run.predictions) and not back_steps(run.external)
     assert not run.counts()
-    # The same arrivals used as header stamps: each is for another instant than it says.
+    # The same arrivals, used as header stamps, give wrong instants.
     as_header = play(robot(t, arrivals), 'header').since(int(2 * rate))
     assert max(np.abs(p.residual).max() for p in as_header.predictions.values()) > 1.5
 
 
-def test_recognised_arrivals_are_as_if_it_had_been_known():
+def test_recognised_arrivals_give_the_results_of_mode_arrival():
     messages = robot(T, ARRIVALS)
     run, known = play(messages, 'auto'), play(messages, 'arrival')
     assert run.counts().pop(Event.RESET_STAMP_SOURCE) == 1
@@ -96,7 +96,7 @@ def test_clock_of_arrivals_jumps(by, at):
     event = Event.RESET_GAP if by > 0 else Event.RESET_CLOCK_JUMP
     assert run.counts() == {event: 1, Event.RESET_RESYNC: 1} | DROPPED[by]
     assert 1.1 < run.withheld(at) * 0.01 < LOCKING
-    if by != -0.3:  # else the fifth may still be near the line, which is left somewhat later
+    if by != -0.3:  # the fifth may still be near the line, which then restarts later
         assert_same(run.since(at + 1), play(messages[at + 1:], 'arrival'))
     assert_right(run.since(at), ahead=by, late=LATE)
     for of in (run.predictions, run.external):
@@ -130,7 +130,7 @@ def test_a_bag_loops(stamps, mode, event, withheld):
 # ---- simulated time that pauses
 
 @pytest.mark.parametrize('mode', SETTINGS)
-def test_a_pause_in_which_messages_are_repeated_changes_nothing(mode):
+def test_repeated_messages_in_a_pause_change_nothing(mode):
     messages = robot(T, ARRIVALS if mode == 'arrival' else T)
     paused = messages[:301] + [messages[300]] * 200 + messages[301:]
     run, wanted = play(paused, mode), play(messages, mode)
@@ -140,14 +140,14 @@ def test_a_pause_in_which_messages_are_repeated_changes_nothing(mode):
 
 
 def paused():
-    """Return messages with 100 of another effort each at one stamp, as where sensors go on."""
+    """Return messages, and the same with 100 noisy efforts at one stamp."""
     messages = robot(T, T)
     noise = np.random.default_rng(0).normal(0.0, 0.02, (100, 7))
     return messages, messages[:301] + [
         (*messages[300][:4], messages[300][4] + row) for row in noise] + messages[301:]
 
 
-def test_a_pause_in_which_sensors_go_on_changes_nothing_with_header_stamps():
+def test_noisy_messages_in_a_pause_change_nothing_with_header_stamps():
     messages, with_noise = paused()
     run, wanted = play(with_noise, 'header'), play(messages, 'header')
     assert run.counts() == {Event.REPEATED_STAMP: 100}
@@ -178,7 +178,7 @@ def test_robot_changes_its_rate(t):
 # ---- several publishers
 
 @pytest.mark.parametrize('mode', ['auto', 'arrival'])
-def test_messages_of_others_change_nothing(mode):
+def test_messages_of_other_joints_change_nothing(mode):
     messages = robot(T, ARRIVALS if mode == 'arrival' else T)
     mixed, numbers = [], []
     random = np.random.default_rng(0)
@@ -215,7 +215,7 @@ def test_two_publishers_of_the_same_arm(apart):
 
 # ---- lost messages
 
-def test_messages_lost_while_re_timed_cost_a_bounded_error():
+def test_lost_messages_cause_a_bounded_error_of_re_timing():
     share, most = 0.05, 0.6  # of the messages; [N m]
     t = np.arange(1000) * 0.01
     kept = np.random.default_rng(1).uniform(size=len(t)) >= share
@@ -228,9 +228,9 @@ def test_messages_lost_while_re_timed_cost_a_bounded_error():
     assert run.predictor.stream.clock.period == pytest.approx(0.01 / (1 - share), rel=0.03)
 
 
-# ---- recognised late
+# ---- late recognition
 
-def test_arrivals_that_begin_in_mid_run_are_recognised_without_a_pause():
+def test_arrivals_that_begin_later_are_recognised_without_a_pause():
     run = play(robot(T, np.concatenate([T[:350], bursts(T[350:])])), 'auto')
     assert run.counts()[Event.RESET_STAMP_SOURCE] == 1
     assert np.diff(list(run.predictions)).max() < SETTLING + 10

@@ -1,4 +1,4 @@
-"""The wrench at the hand: what was exerted comes back, or nothing does; never a huge number."""
+"""Wrench at the hand: the exerted wrench, or none near a singularity."""
 
 from baxter_dynamics_ros import BaxterArm, mount
 from baxter_dynamics_ros.estimation.external import hand_wrench, LEAST_SINGULAR_VALUE, LEVER
@@ -20,9 +20,9 @@ def _straight_elbow():
     return np.arctan2(a[2], d[2]) - np.arctan2(a[4], d[4])
 
 
-# Exactly singular: the axes of s0, e0, w0, w2 upright, which feel no torque about the horizontal
-# in the arm's plane; shoulder, elbow and wrist in line, along which no push is felt; the hand in
-# line with the forearm and w0 a quarter turn, found by search.
+# Exactly singular: the axes of s0, e0, w0, w2 upright, without torque about a horizontal axis in
+# the arm's plane; shoulder, elbow and wrist in line, without torque from a push along that line;
+# the hand in line with the forearm and w0 a quarter turn, found by search.
 SINGULAR = {
     'arm_upright': np.array([0.3, -np.pi / 2, 0.0, 0.0, 0.0, 0.0, 0.2]),
     'elbow_straight': np.array([0.3, -0.4, 0.0, _straight_elbow(), 0.0, 0.9, -0.5]),
@@ -44,26 +44,26 @@ def least_singular_value(jacobian):
 
 
 def self_motion(jacobian):
-    """Return the joint velocities (7,), of norm 1, with which the hand rests."""
+    """Return the joint velocities (7,) of norm 1 that do not move the hand."""
     return np.linalg.svd(jacobian)[2][-1]
 
 
-def test_what_was_exerted_comes_back(arm, random_states, rng):
-    told = 0
+def test_exerted_wrench_is_returned(arm, random_states, rng):
+    returned = 0
     for q in random_states(200)[0]:
         jacobian, exerted = arm.jacobian(q), rng.uniform(-30.0, 30.0, 6)
         wrench = hand_wrench(jacobian, jacobian.T @ exerted)
         if wrench is not None:
             np.testing.assert_allclose(vector(wrench), exerted, rtol=0.0, atol=1e-9)
             assert 0.0 <= wrench.unexplained < 1e-9
-            told += 1
-    assert told > 150
+            returned += 1
+    assert returned > 150
 
 
 @pytest.mark.parametrize('axis', range(3))
 @pytest.mark.parametrize('side', SIDES)
 def test_a_push_along_an_axis_of_the_base_is_positive(side, axis):
-    # 10 N do the work 10 N x way of the hand, which is that of the torques: no Jacobian here.
+    # Virtual work of 10 N, without a Jacobian.
     arm, step = BaxterArm(mount=mount(side)), 1e-6
     ahead, behind = (arm.forward_kinematics(ELBOW_OUT + sign * step * np.eye(7))[:, axis, 3]
                      for sign in (1.0, -1.0))
@@ -89,7 +89,7 @@ def test_unexplained_is_the_part_along_the_self_motion(arm, rng):
     assert wrench.unexplained == pytest.approx(2.5, abs=1e-12)
 
 
-def test_a_push_on_the_elbow_is_told_from_one_on_the_hand(arm):
+def test_a_push_on_the_elbow_differs_from_one_on_the_hand(arm):
     jacobian, step = arm.jacobian(ELBOW_OUT), 1e-6
     moved = (ELBOW_OUT + sign * step * np.eye(7) for sign in (1.0, -1.0))
     ahead, behind = ((arm.mount @ transform(arm.parameters, 0, 4, q))[:, :3, 3] for q in moved)
@@ -111,7 +111,7 @@ def test_withheld_on_a_singularity(arm, q, torque):
 
 
 @singular
-def test_withheld_around_a_singularity_and_continuous_from_there_on(arm, q, rng):
+def test_withheld_around_a_singularity_and_continuous_beyond(arm, q, rng):
     external = rng.uniform(-1.0, 1.0, 7)
     way = ELBOW_OUT - q
 
@@ -120,7 +120,7 @@ def test_withheld_around_a_singularity_and_continuous_from_there_on(arm, q, rng)
 
     assert all(at(s) is None for s in np.logspace(-16, -3, 60))
     near, far = 0.0, 1.0
-    while far - near > 1e-12:  # where it begins to be told
+    while far - near > 1e-12:  # where it is first returned
         middle = (near + far) / 2
         near, far = (middle, far) if at(middle) is None else (near, middle)
     assert least_singular_value(arm.jacobian(q + far * way)) == pytest.approx(
@@ -133,7 +133,7 @@ def test_withheld_around_a_singularity_and_continuous_from_there_on(arm, q, rng)
                                rtol=0.0, atol=1e-9)
 
 
-def test_never_more_than_the_threshold_allows(arm, random_states, rng):
+def test_wrench_is_bounded_by_the_threshold(arm, random_states, rng):
     for q in random_states(500)[0]:
         jacobian, external = arm.jacobian(q), rng.normal(0.0, NOISE, 7)
         wrench = hand_wrench(jacobian, external)
@@ -164,7 +164,7 @@ def test_share_of_the_workspace_that_is_withheld(random_states):
     assert withheld[straight].mean() > 0.85
 
 
-def test_noise_is_below_5_newtons_wherever_a_wrench_is_told(random_states):
+def test_noise_is_below_5_newtons_wherever_a_wrench_is_returned(random_states):
     hand = mounted()
     errors = [noise(hand.jacobian(q)) for q in random_states(300)[0]]
     force, torque = np.array([error for error in errors if error is not None]).T
