@@ -6,7 +6,7 @@ it over 30 s of free motion. Neither is updated during contact or while contact 
 Contact begins when a joint deviates from its bias by more than its threshold, the larger of a
 floor and k sigma, and ends when all joints have returned. The bias was learned before the contact
 and loses its weight within 2.5 s as the arm moves on: from then on the external torque itself
-must exceed the error of an uncalibrated model, or the contact is attributed to the model.
+must exceed the limit, the largest expected model error, or the contact is attributed to the model.
 """
 
 import numpy as np
@@ -68,7 +68,7 @@ class ContactDetector:
     def _end(self) -> None:
         self.in_contact = False
         self.duration = 0.0  # of the contact [s]
-        # Joints that show the contact: those not back, or the last that were not.
+        # Joints that show the contact: those that have not returned, or the last to return.
         self.joints: Bools = np.zeros(N_JOINTS, dtype=bool)
         self._count: Indices = np.zeros(N_JOINTS, dtype=int)  # consecutive samples above
         self._span: Array = np.zeros(N_JOINTS)  # time from the first to the last of them [s]

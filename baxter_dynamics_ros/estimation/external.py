@@ -20,7 +20,7 @@ from ..model import Array, Bools, N_JOINTS, Presliding
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]
 _RANGE = 3.5  # largest model error, in expected standard deviations of the residual
-_VELOCITY = np.ones(N_JOINTS)  # at which it is expected [rad/s]
+_VELOCITY = np.ones(N_JOINTS)  # for which it is expected [rad/s]
 _NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
 # Length that scales torques to forces: about the distance from the wrist to the hand frame [m].
