@@ -58,7 +58,7 @@ class ContactDetector:
     def restart(self) -> None:
         """Start a new stream: settle again, keep sigma and a contact."""
         self._to_settle = self.settling  # [s]
-        self.is_settling = True  # contact is unknown; also while the first samples are undecided
+        self.is_settling = True  # whether contact is unknown
         if not self.in_contact:
             self.bias: Array = np.zeros(N_JOINTS)  # external torque of free motion [N m]
             self._has_bias = False
@@ -120,7 +120,8 @@ class ContactDetector:
             else:
                 self._count.fill(0)
                 self._learn(dt, r)
-                self.is_settling = False
+            if self.is_settling:  # until the first samples are contact or free motion
+                self.is_settling = not self.in_contact and bool(self._count.any())
         return self.in_contact
 
     def _learn(self, dt: float, r: Array) -> None:
@@ -151,12 +152,10 @@ class ContactDetector:
         is_far = samples <= 2 and dt >= _SPAN and (deviation > _FAR * self.threshold).any()
         if is_far or enough.any():
             self.in_contact = True
-            self.is_settling = False
             self.joints = above
 
     def _continue(self, dt: float, r: Array, deviation: Array) -> None:
         """Continue the contact, or end it."""
-        self.is_settling = False
         self.duration += dt
         release = self.settings.hysteresis * self.threshold
         joints = deviation > release
