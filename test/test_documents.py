@@ -4,7 +4,6 @@ import ast
 from contextlib import nullcontext
 import importlib
 import inspect
-import json
 from pathlib import Path
 import re
 import shlex
@@ -21,7 +20,6 @@ for module in ('rclpy', 'mujoco', 'rosbags', 'rich', 'yaml'):
 
 from baxter_dynamics_ros.cli.main import parse, VERBS  # noqa: E402, I100
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
-from baxter_dynamics_ros.recordings.parameter_file import read_parameters  # noqa: E402
 import yaml  # noqa: E402
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -132,18 +130,6 @@ def test_python_blocks_run(page, tmp_path, monkeypatch):
     names = {}
     for block in blocks(PAGES[page], 'python'):
         exec(compile(block, page, 'exec'), names)
-
-
-@PAGE
-def test_data_blocks_are_valid(page, tmp_path):
-    for block in blocks(PAGES[page], 'json'):
-        json.loads(block)
-    for block in blocks(PAGES[page], 'xml'):
-        ET.fromstring(block)
-    for block in blocks(PAGES[page], 'yaml'):
-        if 'ros__parameters' in block:
-            (tmp_path / 'parameters.yaml').write_text(block)
-            read_parameters(tmp_path / 'parameters.yaml')
 
 
 @PAGE

@@ -1,4 +1,4 @@
-"""Examples and notebook run, print what is shown, and their numbers obey the laws."""
+"""Examples and notebook run, the notebook as stored, and their numbers obey the laws."""
 
 from contextlib import redirect_stdout
 from functools import cache
@@ -17,7 +17,6 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 # Those with ROS are run by test/nodes/test_examples.py.
 NUMERICAL = sorted(path.stem for path in (REPOSITORY / 'examples').glob('*.py')
                    if 'rclpy' not in path.read_text(encoding='utf-8'))
-PAGES = '\n'.join(path.read_text(encoding='utf-8') for path in REPOSITORY.glob('docs/*.md'))
 NUMBER = re.compile(r'(?<![\w.^/])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?')
 ROUNDING = 1e-5  # numbers below it are rounding errors, which no two machines share
 NOTEBOOK = json.loads((REPOSITORY / 'examples' / 'baxter_arm.ipynb').read_text('utf-8'))
@@ -53,11 +52,8 @@ def table(text, heads):
 
 
 @pytest.mark.parametrize('name', NUMERICAL)
-def test_an_example_prints_what_the_documentation_shows(name):
-    printed = output(name)
-    for shown in re.findall(rf'```bash\npython examples/{name}.py\n```\n+```text\n(.*?)```', PAGES,
-                            re.DOTALL):
-        assert_same(shown, printed)
+def test_an_example_runs(name):
+    assert output(name)
 
 
 def test_the_notebook_prints_its_stored_output_and_has_its_figures(monkeypatch):

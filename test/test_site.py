@@ -74,3 +74,11 @@ def test_figures_are_drawn_as_they_are_shown(figures, tmp_path):
         drawn, shown = ([element.tag for element in ET.parse(folder / f'{name}.svg').iter()]
                         for folder in (tmp_path, DOCS / 'figures'))
         assert drawn == shown, name
+
+
+def test_table_five_is_shown_as_it_is_printed(figures):
+    evaluation = import_module('drawing.table_five').evaluation('lift', False)
+    shown = re.search(r'set 3, lift.*?RMS, defaults ([ \d.]*)',
+                      (DOCS / 'experiment.md').read_text('utf-8'), re.DOTALL)
+    assert [float(rms) for rms in shown[1].split()] == pytest.approx(
+        evaluation.methods['lagrange_euler'].rms, abs=3e-4)
