@@ -3,16 +3,15 @@
 from pathlib import Path
 import resource
 
-from baxter_dynamics_ros.model import BaxterDynamicsError, joint_names
+from baxter_dynamics_ros.model import BaxterDynamicsError
 import numpy as np
 import pytest
+from recordings.joint_states import RIGHT, START
 
 pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bags import new_bag  # noqa: E402, I100
 from rosbags.highlevel import AnyReader  # noqa: E402
 
-START = 1_700_000_000_123_456_789  # [ns]
-RIGHT = joint_names('right')
 STATE = (START, RIGHT, *np.arange(21.0).reshape(3, 7))
 
 
