@@ -85,14 +85,15 @@ def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, list[Reco
     """Return the settings and the recordings named by the options of add_recordings."""
     from ..recordings.bags import open_recordings
     values = read_settings(args)
+    settings = PredictorSettings.from_parameters(values)
     if args.arm and values.get('arm', args.arm) != args.arm:
         say(f"warning: the parameters are of the {values['arm']} arm; friction, bias and tilt "
             'differ between arms')
     recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
-                                 args.arm or values.get('arm'))
+                                 args.arm or values.get('arm'), settings.joint_prefix)
     if not recordings:
         raise BaxterDynamicsError(f'{", ".join(map(str, args.bags))}: no recordings')
-    return PredictorSettings.from_parameters(values), recordings
+    return settings, recordings
 
 
 def output_path(option: str, output: str | Path, endings: tuple[str, ...] = (),

@@ -19,7 +19,7 @@ from .recording import (BagError, choose_arm, listed, read_arrays, RecordedState
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
-from ..model import ArrayLike, BASE_FRAME, joint_names
+from ..model import ArrayLike
 
 _PEEK = 1000  # messages read to find the arms on a topic; more until there is one
 _PADDING = (0, 4, 8)  # bytes that some writers append to a message
@@ -27,13 +27,14 @@ _decompress = zstandard.ZstdDecompressor().decompress
 
 
 def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
-                    arm: str | None = None) -> list[Recording]:
+                    arm: str | None = None, prefix: str = '') -> list[Recording]:
     """
     Return the recordings in bags and files of arrays, each to be opened by ``with``.
 
     The topic is by default the robot's usual one, or the only one with an arm's joints, and the
-    arm the only one in the recording; joints without a side are of the right arm. Raises BagError
-    if a path is no file or folder or a file of arrays is malformed; a bag is read when opened.
+    arm the only one in the recording; joints without a side are of the right arm. The names of
+    joints have a prefix, as in the settings. Raises BagError if a path is no file or folder or a
+    file of arrays is malformed; a bag is read when opened.
     """
     recordings: list[Recording] = []
     for path in map(Path, paths):
@@ -41,8 +42,8 @@ def open_recordings(paths: Iterable[str | Path], topic: str | None = None,
             path.stat()
             if not path.is_file() and not path.is_dir():
                 raise BagError(f'{path}: is neither a file nor a folder')
-            recordings += (read_arrays(path, arm) if path.suffix in ('.npz', '.csv')
-                           else [BagRecording(path, topic, arm)])
+            recordings += (read_arrays(path, arm, prefix) if path.suffix in ('.npz', '.csv')
+                           else [BagRecording(path, topic, arm, prefix)])
     return recordings
 
 
@@ -54,11 +55,12 @@ class BagRecording(Recording):
     MCAP file without an index and the index of a ROS 1 bag.
     """
 
-    def __init__(self, path: Path, topic: 'str | None' = None, arm: 'str | None' = None) -> None:
+    def __init__(self, path: Path, topic: 'str | None' = None, arm: 'str | None' = None,
+                 prefix: str = '') -> None:
         self.path = path
         name = path.resolve().name
         self.name = name if path.is_dir() else Path(name.removesuffix('.zstd')).stem
-        self._wanted = topic, arm
+        self._wanted = topic, arm, prefix
 
     def __enter__(self) -> 'BagRecording':
         """Open the bag and find topic and arm."""
@@ -79,7 +81,7 @@ class BagRecording(Recording):
         """Yield each joint state of the topic."""
         return self._play(self.topic)
 
-    def _choose(self, topic: 'str | None', arm: 'str | None') -> None:
+    def _choose(self, topic: 'str | None', arm: 'str | None', prefix: str) -> None:
         """Set topic, arm and count."""
         candidates = sorted({channel.topic for channel in self._channels
                              if topic in (None, channel.topic) and channel.is_readable})
@@ -88,25 +90,25 @@ class BagRecording(Recording):
                             for channel in self._channels})
             raise BagError(f'{self.path}: no joint states in CDR or ROS 1 encoding'
                            f'{f" on {topic}" if topic else ""}; it has {kinds or "no messages"}')
-        names = {each: self._joints(each, arm) for each in candidates}
-        fitting = [each for each in candidates if sides_of(names[each], arm)]
+        names = {each: self._joints(each, arm, prefix) for each in candidates}
+        fitting = [each for each in candidates if sides_of(names[each], arm, prefix)]
         if USUAL_TOPIC not in fitting and len(fitting) > 1:
             options = ' or '.join(f'--topic {each}' for each in fitting)
             raise BagError(f"{self.path}: several topics have an arm's joints: choose {options}")
         self.topic = USUAL_TOPIC if USUAL_TOPIC in fitting else (fitting or candidates)[0]
-        self.arm = choose_arm(f'{self.path}: {self.topic}', names[self.topic], arm)
+        self.arm = choose_arm(f'{self.path}: {self.topic}', names[self.topic], arm, prefix)
         self.count = self._count(self.topic)
 
     def _count(self, topic: str) -> int:
         return sum(channel.count for channel in self._channels
                    if channel.topic == topic and channel.is_readable)
 
-    def _joints(self, topic: str, arm: 'str | None') -> set[str]:
+    def _joints(self, topic: str, arm: 'str | None', prefix: str) -> set[str]:
         """Return joints on a topic: of the first messages, and until there are an arm's."""
         names: set[str] = set()
         for i, state in enumerate(self._play(topic)):
             names.update(state.names)
-            if i >= _PEEK and sides_of(names, arm):
+            if i >= _PEEK and sides_of(names, arm, prefix):
                 break
         return names
 
@@ -206,7 +208,7 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
                      node: str) -> None:
     """Write the efforts, residuals and their deviations that a node would publish."""
     predictor = Predictor(settings, external=True)
-    names = joint_names(recording.arm)
+    names = predictor.stream.selector.names
     for state in recording:
         step = predictor.handle(*state)
         found: list[tuple[str, Any, Any]] = []  # topic, its instant and motion, its effort
@@ -218,5 +220,5 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
         if step.external is not None:
             found.append(('external_effort', step.external, step.external.effort))
         for topic, at, values in found:
-            writer.joint_state(f'{node}/{topic}', at.stamp_ns, names, at.q, at.qd, values,
-                               state.received_ns, BASE_FRAME)
+            writer.joint_state(f'/{node.strip("/")}/{topic}', at.stamp_ns, names, at.q, at.qd,
+                               values, state.received_ns, settings.frame_id)

@@ -78,21 +78,22 @@ class ArrayRecording(Recording):
             yield RecordedState(stamp_ns, self.joints, position, velocity, effort, received_ns)
 
 
-def choose_arm(where: str, names: set[str], arm: 'str | None') -> str:
+def choose_arm(where: str, names: set[str], arm: 'str | None', prefix: str) -> str:
     """Return the requested arm, or the only one, among recorded joints; raise BagError."""
-    sides = sides_of(names, arm)
+    sides = sides_of(names, arm, prefix)
     if not sides:
         found = f'only {listed(names)}' if names else 'its joint states name no joints'
-        raise BagError(f'{where} has no joints of {f"the {arm}" if arm else "an"} arm, {found}')
+        raise BagError(f'{where} has no joints of {f"the {arm}" if arm else "an"} arm'
+                       f'{f" with the prefix {prefix}" if prefix else ""}, {found}')
     if len(sides) > 1:
         raise BagError(f"{where} has both arms' joints: choose --arm right or --arm left")
     return sides[0]
 
 
-def sides_of(names: set[str], arm: 'str | None' = None) -> list[str]:
-    """Return the sides whose joints are among the names, restricted to arm if given."""
-    return [side for side in SIDES
-            if arm in (None, side) and not names.isdisjoint(joint_names(side))]
+def sides_of(names: set[str], arm: 'str | None', prefix: str) -> list[str]:
+    """Return the sides whose joints, with the prefix, are among the names; only arm if given."""
+    return [side for side in SIDES if arm in (None, side)
+            and any(prefix + joint in names for joint in joint_names(side))]
 
 
 def listed(names: Iterable[str]) -> str:
@@ -102,13 +103,13 @@ def listed(names: Iterable[str]) -> str:
     return ', '.join(names[:_SHOWN]) + more
 
 
-def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
+def read_arrays(path: Path, arm: str | None, prefix: str) -> list[ArrayRecording]:
     """Return the recordings in an .npz or .csv file; raise BagError if its contents are wrong."""
     contents = _csv(path) if path.suffix == '.csv' else _npz(path)
     _check(path, contents)
     joints = [str(name) for name in np.ravel(contents['joint_names'])]
     if not set(JOINTS).isdisjoint(joints):
-        joints = [f'{arm or "right"}_{joint}' for joint in joints]
+        joints = [f'{prefix}{arm or "right"}_{joint}' for joint in joints]
     names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
     owner = contents.get('recording', np.zeros(len(contents['position']), int))
     nameless = (owner < 0) | (owner >= len(names))
@@ -120,7 +121,7 @@ def read_arrays(path: Path, arm: str | None = None) -> list[ArrayRecording]:
         rows = np.flatnonzero(owner == index)
         arrays = tuple(np.ascontiguousarray(contents[key][rows], float) for key in _ARRAYS)
         recordings.append(ArrayRecording(
-            name, choose_arm(f'{path}: {name}', set(joints), arm), joints,
+            name, choose_arm(f'{path}: {name}', set(joints), arm, prefix), joints,
             _stamps_ns(contents, rows), arrays))
     return recordings
 

@@ -143,16 +143,20 @@ def test_zero_stamps_are_replaced_by_times_of_recording(summary, make_bag, movin
 
 
 def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving_arm, tmp_path):
-    messages = moving_arm(120)
+    names = tuple(f'robot_1/{name}' for name in joint_names('right'))
+    messages = [(topic, received, (content[0], names, *content[2:]))
+                for topic, received, content in moving_arm(120)]
     for i in range(40, 45):  # effort is missing
         topic, received, content = messages[i]
         messages[i] = topic, received, (*content[:4], ())
     gripper = (10 ** 18, GRIPPER, [0.0, 0.1], [0.0, 0.0], [0.0, 0.0])
     messages.insert(40, (messages[39][0], messages[39][1] + 5, gripper))
     messages.append(('/talk', messages[-1][1] + 1, 'hello'))
-    values = {'effort_model.bias': BIAS['right'], 'effort_model.dahl': [0.3] * 7}
+    values = {'effort_model.bias': BIAS['right'], 'effort_model.dahl': [0.3] * 7,
+              'joint_prefix': 'robot_1/', 'frame_id': 'world'}
     file = parameter_file(tmp_path / 'p.yaml', 'right', **values)
-    numbers, _ = summary(make_bag(messages), '--params', file, '--save-bag', tmp_path / 'new')
+    numbers, _ = summary(make_bag(messages), '--params', file, '--save-bag', tmp_path / 'new',
+                         '--node', 'torque_predictor')
 
     from rosbags.highlevel import AnyReader
     found = {}
@@ -168,14 +172,14 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
         'residual_deviation': (with_residual, 'deviation'),
         'external_effort': (results('external', messages, values), 'effort')}
     assert set(found) == {f'/torque_predictor/{topic}' for topic in expected}
-    arm_received = {received for _, received, content in messages
-                    if content[1] == joint_names('right')}
+    arm_received = {received for _, received, content in messages if content[1] == names}
     for topic, (all_results, field) in expected.items():
         for (received, message), result in zip(found[f'/torque_predictor/{topic}'], all_results,
                                                strict=True):
             stamp = message.header.stamp
             assert stamp.sec * 10 ** 9 + stamp.nanosec == result.stamp_ns
-            assert received in arm_received and message.name == list(joint_names('right'))
+            assert received in arm_received and message.name == list(names)
+            assert message.header.frame_id == 'world'
             for name, row in (('position', result.q), ('velocity', result.qd),
                               ('effort', getattr(result, field))):
                 np.testing.assert_allclose(getattr(message, name), row, rtol=0, atol=1e-9)
