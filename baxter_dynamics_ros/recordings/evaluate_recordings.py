@@ -29,8 +29,8 @@ class Evaluator:
     """
     Evaluates recordings one after another, and all of them together.
 
-    The arm is that of each recording. Of each message only the time since the previous one is
-    kept, and 25 times a second residual and position.
+    Each recording is evaluated with the arm that it contains. Memory holds the time between
+    messages, and residual and position at 25 Hz.
     """
 
     def __init__(self, settings: PredictorSettings) -> None:
@@ -66,9 +66,8 @@ class _Run:
         self._bands = RunningBands(['measured', *METHODS, 'deviation',
                                     *(f'error_{name}' for name in METHODS)])
         self._check = RunningCheck(settings)
-        # Time [s], residual [N m] and position at the spacing; the latest multiple of it.
-        self._spaced: list[list[Array]] = []
-        self._interval = -1.0
+        self._spaced: list[list[Array]] = []  # time [s], residual [N m], position [rad]
+        self._interval = -1.0  # latest interval of _SPACING that has a sample
 
     def add(self, samples: Samples) -> None:
         """Add consecutive samples."""
@@ -141,7 +140,7 @@ class _Run:
             counts={getattr(key, 'value', key): n for key, n in self.predictor.counts.items()},
             notices=tuple(self._notices(stamps, check, contacts)), time=time, bands=bands,
             check=check, contacts=tuple(contacts),
-            # That of the whole recording if it is shorter.
+            # A recording shorter than the window is explained as a whole.
             explained=tuple(self._explained or [self._explainer.explain()]))
 
     def _contacts(self, check: 'DataCheck | None') -> list[Contact]:

@@ -76,8 +76,8 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
     names = ', '.join(map(str, paths))
     given = _parameters_of(nodes, '/' + node.strip('/'))
     if paths and not given:
-        others = ', '.join(nodes) or 'no node'
-        warn(f'{names}: no parameters for {node}, only for {others}: using the defaults')
+        warn(f'{names}: no parameters for {node}, only for {listed(nodes) or "no node"}: using '
+             'the defaults')
     try:
         ignored = _ignored(given)
         values = {name: given[name] for name in DEFAULTS if name in given}
