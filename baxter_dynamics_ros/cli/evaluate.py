@@ -8,6 +8,7 @@ report: report.html, its figures, summary.csv and summary.json.
 import argparse
 from contextlib import ExitStack
 from dataclasses import replace
+import os
 from pathlib import Path
 import shlex
 
@@ -34,7 +35,7 @@ def main(args: argparse.Namespace) -> int:
     from ..recordings.bags import new_bag, save_predictions
     from ..report.evaluation_report import write_evaluation
     folder = output_path('--output', args.output, (), args.force, [*args.bags, *args.params])
-    save_bag = Path(args.save_bag).expanduser() if args.save_bag else None
+    save_bag = Path(os.path.expanduser(args.save_bag)) if args.save_bag else None
     if save_bag is not None and save_bag.resolve() == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
     settings, recordings = read_inputs(args)

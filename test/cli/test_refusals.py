@@ -49,6 +49,7 @@ REFUSALS = [  # arguments, reason
      '/none; it has /robot/joint_states (sensor_msgs/msg/JointState, cdr)'),
     ('evaluate run -o new --save-bag run', 'run: exists; choose a new folder or remove it first'),
     ('evaluate run -o new --save-bag none/new', 'none/new: no folder none'),
+    ('evaluate run -o new --save-bag ~no-user/new', '~no-user/new: no folder ~no-user'),
     ('evaluate run -o new --save-bag new', '--save-bag: {here}/new is the folder of the report'),
     ('evaluate run left -o new --save-bag bag', '--save-bag: expected one recording, got 2'),
 ]
