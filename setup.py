@@ -42,7 +42,7 @@ panel = ros + [
     'pycollada==0.9.3',
 ]
 # Compared by benchmarks/model.py.
-benchmark = ['pin==4.1.0']
+benchmark = ['pin==4.1.0', 'mujoco==3.17.0']
 demo = ros + offline
 doc = ['sphinx>=8', 'myst-parser>=4']
 test = demo + export + panel + doc + [

@@ -16,7 +16,7 @@ from baxter_dynamics_ros.cli.processes import NodeProcess
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
-from processes import isolate, processor_time, spin
+from processes import costs, isolate, spin
 import rclpy
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -34,10 +34,8 @@ import sys, time, rospy
 from sensor_msgs.msg import JointState
 rows = []
 rospy.init_node('listener', disable_signals=True)
-def take(m):
-    now = time.time_ns()
-    rows.append((int(m.position[0]), len(m.name), m.header.stamp.to_nsec(), now))
-rospy.Subscriber('/robot/joint_states', JointState, take, tcp_nodelay=True)
+rospy.Subscriber('/robot/joint_states', JointState, lambda m: rows.append((
+    int(m.position[0]), len(m.name), m.header.stamp.to_nsec(), time.time_ns())), tcp_nodelay=True)
 print('ready', flush=True)
 sys.stdin.readline()
 for row in rows:
@@ -64,10 +62,10 @@ def measure(publishers, seconds: float) -> dict:
         for i, (rate, joints) in enumerate(publishers):
             ros1.publish('--name', f'robot{i}', '--rate', rate, '--joints', joints, '--count',
                          round(rate * seconds), '--subscribers', 2)
-        used = processor_time(bridge.pid)
+        before, _ = costs(bridge.pid)
         spin(node, seconds + 10.0, lambda: len(rows) >= len(sent))
         spin(node, 1.0)  # duplicates
-        used = processor_time(bridge.pid) - used
+        after, _ = costs(bridge.pid)
         out, _ = listener.communicate(b'\n', 30.0)
     node.destroy_node()
     theirs = [tuple(map(int, line.split())) for line in out.splitlines()]
@@ -80,7 +78,7 @@ def measure(publishers, seconds: float) -> dict:
                         'doubled': len(keys) - len(set(keys)), 'median [ms]': np.median(late),
                         'p99 [ms]': np.percentile(late, 99)}
     stamps = {row[:2]: row[2] for row in theirs}
-    result['bridge'] |= {'CPU [%]': 100 * used / seconds, 'other stamps': sum(
+    result['bridge'] |= {'CPU [%]': 100 * (after - before) / seconds, 'other stamps': sum(
         stamps[row[:2]] != row[2] for row in rows if row[:2] in stamps)}
     return result
 

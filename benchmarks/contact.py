@@ -174,9 +174,7 @@ def calibrated(motions: list) -> dict:
         friction = [lag.update(motion.period, np.zeros(N_JOINTS), -x) for x in sliding]
         rows.append((play(motion).external[settled:], np.array(friction)[settled:]))
     r, friction = (np.concatenate(part) for part in zip(*rows))
-    bias, coulomb = np.array([
-        np.linalg.lstsq(np.stack([np.ones(len(r)), x], axis=1), -y, rcond=None)[0]
-        for x, y in zip(friction.T, r.T)]).T
+    coulomb, bias = np.transpose([np.polyfit(x, -y, 1) for x, y in zip(friction.T, r.T)])
     return {'effort_model.bias': bias, 'effort_model.coulomb': np.maximum(coulomb, 0.0)}
 
 
@@ -200,17 +198,17 @@ def noise(motion: JointTrace, values: dict = {}, window: float = 0.0) -> tuple:
 
 
 def _row(name: str, loud: list, quiet: list):
-    """Print a row of the table; loud: (motion, plan, contact), quiet: (motion, contact)."""
-    late = np.concatenate([latencies(motion, contact, plan) for motion, plan, contact in loud])
-    kept = np.concatenate([shares(motion, contact, plan) for motion, plan, contact in loud])
+    """Print a row of the table; loud: (motion, plan, settings), quiet: (motion, settings)."""
+    found = [(motion, play(motion, values).contact, plan) for motion, plan, values in loud]
+    late, kept = (np.concatenate([f(*each) for each in found]) for f in (latencies, shares))
     elbow = np.array([push.torque.any() for _, plan, _ in loud for push in plan])
     print(f'{name:36}', end='')
     for x in (1e3 * late[~elbow], 1e3 * late[elbow]):
         high = np.percentile(np.minimum(x, 9999.0), [50, 90, 100])
         print(f'{np.isfinite(x).sum():4}/{len(x):<4}', *(f'{y:4.0f}' for y in high), end='  ')
     minutes = sum(motion.times[-1] for motion, _ in quiet) / 60.0
-    print(f'{100 * kept.min():4.0f} %  {sum(begun(contact) for _, contact in quiet)} in '
-          f'{minutes:.1f} min')
+    false = sum(begun(play(*each).contact) for each in quiet)
+    print(f'{100 * kept.min():4.0f} %  {false} in {minutes:.1f} min')
 
 
 def _fake():
@@ -220,10 +218,8 @@ def _fake():
         loud, quiet = run(name, 1, plan[-1].begin + SPACING, plan), run(name, 2, QUIET)
         for label, values in (('uncalibrated', {}), ('friction known', FRICTION)):
             for rate in RATES:
-                pair = [at_rate(motion, rate) for motion in (loud, quiet)]
-                found = [play(motion, values).contact for motion in pair]
-                _row(f'{name}, {label}, {rate} Hz', [(pair[0], plan, found[0])],
-                     [(pair[1], found[1])])
+                _row(f'{name}, {label}, {rate} Hz', [(at_rate(loud, rate), plan, values)],
+                     [(at_rate(quiet, rate), values)])
         print(f'{name}: RMS of residual %.3f, external torque %.3f of the first difference'
               % noise(at_rate(quiet, 100), FRICTION))
 
@@ -233,17 +229,15 @@ def _recorded(folder: Path):
     for file, motions in recordings(folder).items():
         halves = ((motions[::2], motions[1::2]) if len(motions) > 1 else
                   ([motions[0].part(slice(9000))], [motions[0].part(slice(9000, None))]))
-        cases = {'uncalibrated': [(motion, {}) for motion in motions],
+        quiet = {'uncalibrated': [(motion, {}) for motion in motions],
                  'calibrated on others': [
                      (motion, values) for fitted, others in (halves, halves[::-1])[:len(motions)]
                      for values in [calibrated(fitted)] for motion in others]}
-        for label, cases_ in cases.items():
-            loud, quiet = [], []
-            for motion, values in cases_:
-                plan = plan_for(motion)
-                loud.append((motion, plan, play(pushed(motion, plan), values).contact))
-                quiet.append((motion, play(motion, values).contact))
-            _row(f'{label}, {file[7:-4]}', loud, quiet)
+        for label, cases in quiet.items():
+            plans = [plan_for(motion) for motion, _ in cases]
+            _row(f'{label}, {file[7:-4]}', [
+                (pushed(motion, plan), plan, values)
+                for (motion, values), plan in zip(cases, plans)], cases)
         for motion in motions:
             print(f'{motion.name}: RMS of residual %.3f, external torque %.3f of the first '
                   'difference, each less its mean over 1 s' % noise(motion, window=1.0))

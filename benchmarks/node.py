@@ -1,13 +1,12 @@
 """
 Compare the node with a relay that has the same subscription and publishers but computes nothing.
 
-All five topics have subscribers. Measures, in alternating runs and from the first second of
-predictions on, the latency from publishing a joint state to receiving its residual, processor time
-per message, and lost residuals. Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
+Measures in alternating runs, from the first second of predictions on, the latency from a joint
+state to its residual, processor time per message, and lost residuals. All topics but the payload
+estimate have subscribers. Run: python benchmarks/node.py [--seconds 10] [--rounds 3]
 """
 
 import argparse
-from statistics import median
 import subprocess
 import sys
 import time
@@ -20,7 +19,7 @@ from baxter_dynamics_ros.nodes.process import run
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
-from processes import isolate, processor_time, spin
+from processes import costs, isolate, spin
 import rclpy
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -33,12 +32,12 @@ KINDS = {'relay': [__file__, '--relay'],
          'node': ['-m', 'baxter_dynamics_ros.nodes.torque_predictor']}
 COLUMNS = ('median [ms]', 'p99 [ms]', 'CPU [ms]', 'lost')
 OUTPUTS = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
-           topics.EXTERNAL_EFFORT: JointState, topics.EXTERNAL_WRENCH: WrenchStamped,
-           topics.CONTACT: Bool}
+           topics.RESIDUAL_DEVIATION: JointState, topics.EXTERNAL_EFFORT: JointState,
+           topics.EXTERNAL_WRENCH: WrenchStamped, topics.CONTACT: Bool}
 
 
 class Relay(Node):
-    """Publishes each joint state of 17 joints three times, cut to seven; a wrench; and a flag."""
+    """Publishes each joint state of 17 joints four times, cut to seven; a wrench; and a flag."""
 
     def __init__(self):
         super().__init__('torque_predictor')
@@ -52,8 +51,7 @@ class Relay(Node):
         for field in ('name', 'position', 'velocity', 'effort'):
             setattr(message, field, getattr(message, field)[9:16])
         for kind, publisher in self._outputs:
-            publisher.publish(message if kind is JointState else
-                              kind(header=message.header) if kind is WrenchStamped else kind())
+            publisher.publish(message if kind is JointState else kind())
 
 
 class Driver(Node):
@@ -85,7 +83,7 @@ class Driver(Node):
                 rclpy.spin_once(self, timeout_sec=min(left, 0.0005))
             if used is None and self.received:
                 if time.perf_counter() > min(self.received.values()) + SETTLE:
-                    used = processor_time(pid)
+                    used, _ = costs(pid)
             elif k > rate * PATIENCE and not self.received:
                 raise SystemExit('no predictions')
             phase = k / rate + np.arange(17.0)
@@ -97,11 +95,11 @@ class Driver(Node):
             self.publisher.publish(message)
             k += 1
         spin(self, 0.5)
-        return sent, processor_time(pid) - used
+        return sent, costs(pid)[0] - used
 
 
-def measure(kind: str, rate: float, seconds: float) -> dict:
-    """Run one kind of process at one rate."""
+def measure(kind: str, rate: float, seconds: float) -> tuple:
+    """Run one kind of process at one rate; return the values of COLUMNS."""
     rclpy.init(args=[])
     driver = Driver()
     process = subprocess.Popen([sys.executable, *KINDS[kind]], stdout=subprocess.DEVNULL,
@@ -116,11 +114,9 @@ def measure(kind: str, rate: float, seconds: float) -> dict:
         process.wait(10)
         rclpy.try_shutdown()
     behind = 0 if kind == 'relay' else round(Predictor(PredictorSettings()).estimator.delay * 1e9)
-    latencies = [driver.received[stamp - behind] - at for stamp, at in sent.items()
-                 if stamp - behind in driver.received]
-    return dict(zip(COLUMNS, (
-        median(latencies) * 1e3, float(np.percentile(latencies, 99)) * 1e3,
-        1e3 * used / len(sent), len(sent) - len(latencies))))
+    late = [1e3 * (driver.received[stamp - behind] - at) for stamp, at in sent.items()
+            if stamp - behind in driver.received]
+    return *np.percentile(late, [50, 99]), 1e3 * used / len(sent), len(sent) - len(late)
 
 
 def main():
@@ -135,7 +131,7 @@ def main():
         rounds = [{kind: measure(kind, rate, options.seconds) for kind in KINDS}
                   for _ in range(options.rounds)]
         for kind in KINDS:
-            values = [median(each[kind][column] for each in rounds) for column in COLUMNS]
+            values = np.median([each[kind] for each in rounds], axis=0)
             print(f'{rate:5.0f} Hz {kind:8}' + ''.join(f'{value:13.2f}' for value in values))
 
 

@@ -18,21 +18,13 @@ def isolate(domain: int) -> None:
 def spin(node: Node, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
     """Process messages for a while, or until a condition holds; return whether it holds."""
     limit = time.perf_counter() + seconds
-    while not until():
-        left = limit - time.perf_counter()
-        if left <= 0.0:
-            return False
+    while not (holds := until()) and (left := limit - time.perf_counter()) > 0.0:
         rclpy.spin_once(node, timeout_sec=min(left, 0.05))
-    return True
+    return holds
 
 
-def processor_time(pid: int) -> float:
-    """Return the processor time of a process [s]."""
+def costs(pid: int) -> tuple:
+    """Return processor time [s] and resident memory [MB] of a process."""
     fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-
-def resident(pid: int) -> float:
-    """Return the resident memory of a process [MB]."""
-    pages = int(Path(f'/proc/{pid}/statm').read_text().split()[1])
-    return pages * os.sysconf('SC_PAGE_SIZE') / 2 ** 20
+    return ((int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK'),
+            int(fields[21]) * os.sysconf('SC_PAGE_SIZE') / 2 ** 20)

@@ -18,7 +18,7 @@ from baxter_dynamics_ros.nodes.messages import joint_state
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
-from processes import isolate, processor_time, resident, spin
+from processes import costs, isolate, spin
 import rclpy
 from sensor_msgs.msg import JointState
 
@@ -46,10 +46,8 @@ class Soak(NamedTuple):
 
     @property
     def lost(self) -> int:
-        """Messages that were lost, dropped or gave no residual."""
-        return sum(map(abs, (
-            self.sent - self.received, self.dropped, self.sent - self.quiet - self.predicted,
-            self.predicted - self.residuals)))
+        """Messages without a residual after the first prediction."""
+        return self.sent - self.quiet - self.residuals
 
 
 def messages(n: int):
@@ -82,25 +80,23 @@ def through_node(n: int) -> Soak:
         with NodeProcess('torque_predictor', ['--ros-args', *RELIABLE]) as process:
             # The node has found all subscriptions when its diagnostics arrive.
             until(lambda: publisher.get_subscription_count() and reports, 'no node')
-            costs, begin = [], time.perf_counter()
+            spent, begin = [], time.perf_counter()
             for k, (stamp, *fields) in enumerate(messages(n)):
                 if k % (n // PARTS) == 0:
-                    costs.append((processor_time(process.pid), resident(process.pid)))
+                    spent.append(costs(process.pid))
                 spin(node, begin + k / RATE - time.perf_counter())
                 until(lambda: k - quiet - len(residuals) < AHEAD, f'no answer to {k}')
                 publisher.publish(joint_state(JOINT_STATE_NAMES, stamp, *fields))
             reports.clear()  # the last residuals arrive before the second report, or are lost
             until(lambda: len(reports) >= 2, 'no two diagnostics')
-            costs.append((processor_time(process.pid), resident(process.pid)))
+            spent.append(costs(process.pid))
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    counts = {key: int(reports[-1][key]) for key in (
-        'received', 'predicted', *(event.value for event in DROPPED))}
-    used, memory = np.transpose(costs)
-    return Soak(n, counts.pop('received'), predicted=counts.pop('predicted'),
-                dropped=sum(counts.values()), residuals=len(residuals), quiet=quiet,
-                growth=memory[-1] - memory[WARM], processor=np.diff(used) / (n // PARTS) * 1e3)
+    report, (used, memory) = reports[-1], np.transpose(spent)
+    return Soak(n, int(report['received']), sum(int(report[event.value]) for event in DROPPED),
+                int(report['predicted']), len(residuals), quiet, memory[-1] - memory[WARM],
+                np.diff(used) / (n // PARTS) * 1e3)
 
 
 def main():
