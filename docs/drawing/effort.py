@@ -58,13 +58,13 @@ def friction() -> Figure:
     swing, small = 0.2 * np.sin(2 * np.pi * t), 0.02 * np.sin(4 * np.pi * t)
     dahl = Presliding(model.dahl_length)
     for label, path, color, width in (('Dahl, from rest', swing, MODEL, 1.8),
-                                      ('Dahl, small motion after it', small, WRONG, 1.6)):
+                                      ('Dahl, small motion', small, WRONG, 1.6)):
         right.plot(path, [0.5 * dahl.update(q)[S1] for q in _states(path)], color=color,
                    linewidth=width, label=label)
     right.plot(swing, 0.5 * np.sign(np.gradient(swing)), color=TRUE, linewidth=4.0, zorder=1,
-               label='Coulomb, very sharp')
+               label='Coulomb, ideal')
     right.set(xlabel='position [rad]', ylim=(-0.68, 1.25),
-              title=f'over position: 0.5 N m, turning over {dahl.length:g} rad')
+              title=f'over position: 0.5 N m, reversing over {dahl.length:g} rad')
     for axis in (left, right):
         axis.legend(frameon=False, loc='upper left')
     return figure
