@@ -90,7 +90,7 @@ class Subscriber:
         with self._lock:
             self._ended.set()
         self._wake.set()
-        self._poller.join(5.0)
+        self._poller.join(3.0)  # the resolution of a name may take longer
 
     def connections(self, topic: str) -> list[Connection]:
         """Return the connections to a topic's publishers."""

@@ -168,7 +168,6 @@ def test_recording_gives_the_offline_residual(
     assert stamps(robot.residual) == [made.stamp_ns for made in offline]
     live, wanted = (np.array(list(residuals)) for residuals in (
         (message.effort for message in robot.residual), (made.residual for made in offline)))
-    print('residual RMS [N m]:', np.sqrt(np.mean(live ** 2, axis=0)).round(3))
     np.testing.assert_allclose(live, wanted, rtol=0, atol=1e-9)
 
 

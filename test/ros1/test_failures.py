@@ -140,6 +140,14 @@ def test_unusable_hosts_ports_and_uris(monkeypatch):
             assert error.value.stage == stage and error.value.remedy
 
 
+def test_closing_does_not_wait_for_a_name_that_resolves_slowly(monkeypatch):
+    monkeypatch.setattr('baxter_dynamics_ros.ros1.wire.resolve', lambda host: time.sleep(20.0))
+    client = Subscriber('http://robot:11311', [TOPIC], print, print)
+    begin = time.monotonic()
+    client.close()
+    assert time.monotonic() - begin < 5.0  # ROS 2 kills a node that takes longer
+
+
 def test_own_address_follows_the_environment(monkeypatch):
     with socket.create_server(('127.0.0.1', 0)) as server:
         master = Master(f'http://127.0.0.1:{server.getsockname()[1]}', '/test')
