@@ -5,7 +5,7 @@ import statistics
 
 from .wire import JointState
 
-_MEMORY = 10_000_000_000  # [ns]; a drift of 50 ppm changes the offset by 0.5 ms meanwhile
+_MEMORY = 10_000_000_000  # [ns]; a drift of 50 ppm changes the offset by 0.5 ms in it
 _SLEW = 0.002  # maximum rate of change of the offset: 20 us between stamps at 100 Hz
 _LONGEST = 100_000_000  # maximum time step of the slew [ns]
 # A clock was set if one message is _EARLY before the offset, or if all are _LATE after it for
@@ -65,10 +65,9 @@ class ClockOffset:
         self.offset_ns = 0
         self.steps = 0  # number of restarts
         self._stamp_ns = 0  # of the last message
-        # Arrival and difference of the clocks [ns] of the messages that are faster than all later
-        # ones.
+        # Arrival and difference of the clocks [ns] of each message that is faster than all later.
         self._fastest: deque[tuple[int, int]] = deque()
-        self._late_since: int | None = None  # arrival of the first of only late messages [ns]
+        self._late_since: int | None = None  # arrival of the first of the late messages [ns]
 
     def update(self, stamp_ns: int, arrival_ns: int) -> int:
         """Update the offset with the stamp and arrival of a message, and return it [ns]."""

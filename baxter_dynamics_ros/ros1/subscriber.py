@@ -50,9 +50,9 @@ class Connection:
 
 class Subscriber:
     """
-    Subscriber to topics of ``sensor_msgs/JointState``; begins at once, in threads of its own.
+    Subscriber to topics of ``sensor_msgs/JointState``; starts at once, in its own threads.
 
-    One thread polls the master once a second, and whenever the master calls: it registers topics
+    One thread polls the master once a second, and whenever the master calls. It registers topics
     that the master does not know, and keeps a connection to each of their publishers.
     ``on_message`` is called with topic, :class:`Source`, :class:`JointState` and time of arrival
     [ns], from one thread at a time, and ``log`` with each log line. Raises Ros1Error if the URI
@@ -252,7 +252,7 @@ class Subscriber:
                         self._on_message(topic, source, state, arrival_ns)
 
     def _address(self, host: str) -> str:
-        """Return the address of a host, or the master's where the name leads nowhere."""
+        """Return the address of a host, or the master's if the name leads to no other machine."""
         master = self.master.address
         if self._substituted.get(host.lower()) == master:
             return master

@@ -151,7 +151,7 @@ class MessageStream:
 
     def subscribe(self, topic: str, caller_id: str) -> str:
         """Exchange headers; return the publisher's name, or raise Ros1Error if it refuses."""
-        # Any type, so that the answer names the type of the publisher.
+        # Ask for any type, so that the answer names the publisher's.
         self._socket.sendall(encode_header({'callerid': caller_id, 'topic': topic, 'type': '*',
                                             'md5sum': '*', 'tcp_nodelay': '1'}))
         header = decode_header(self.read())
@@ -222,7 +222,7 @@ def parse(data: bytes) -> JointState:
         fields = []
         for _ in range(3):
             field, at = _block(data, at, 8)
-            fields.append(array('d', field))  # little-endian, as all machines of ROS 2
+            fields.append(array('d', field))  # little-endian, as on all machines of ROS 2
         if at != len(data):
             raise Malformed(f'not a joint state: {len(data) - at} bytes too many')
         return JointState(seq, seconds * 1_000_000_000 + nanoseconds, frame_id.decode(), names,
@@ -251,7 +251,7 @@ def decode_header(body: bytes) -> dict[str, str]:
 
 
 def _block(data: bytes, at: int, size: int) -> tuple[bytes, int]:
-    """Return the items of ``size`` bytes that follow their number at an offset, and the end."""
+    """Return the items of ``size`` bytes after their number at an offset, and the end."""
     begin = at + 4
     end = begin + size * int.from_bytes(data[at:begin], 'little')
     if end > len(data):
