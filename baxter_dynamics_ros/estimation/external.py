@@ -19,8 +19,7 @@ from ..model import Array, Bools, N_JOINTS, Presliding
 
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]
-_RANGE = 3.5  # largest model error, in expected standard deviations of the residual
-_VELOCITY = np.ones(N_JOINTS)  # for which it is expected [rad/s]
+_RANGE = 3.5  # largest model error, in expected standard deviations of the residual at 1 rad/s
 _NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
 # Length that scales torques to forces: about the distance from the wrist to the hand frame [m].
@@ -87,9 +86,7 @@ class ExternalEffort:
         """Change the settings in mid-stream; external torque and bias step with the model."""
         self._observer.gain = settings.external_effort.gain
         self.detector.settling = self._observer.settling_time
-        contact = contact_settings(settings)
-        if contact != self.detector.settings:
-            self.detector.configure(contact)
+        self.detector.configure(contact_settings(settings))
         before, self._model = self._model, model
         self._dahl.change_length(model.effort_model.presliding_length)
         if self._last is not None:
@@ -189,11 +186,10 @@ def contact_settings(settings: PredictorSettings) -> ContactSettings:
     ``contact.limit`` holds for an uncalibrated robot. The expected deviation of a calibrated one
     is smaller, so a weaker contact is reported for as long as it lasts.
     """
-    expected = _RANGE * settings.model.effort_model.deviation_at(_VELOCITY, np.zeros(N_JOINTS))
-    limit = np.where(expected > 0.0, np.minimum(settings.contact.limit, expected),
-                     settings.contact.limit)
-    return replace(settings.contact, limit=tuple(
-        np.maximum(limit, settings.contact.floor).tolist()))
+    contact, model = settings.contact, settings.model.effort_model
+    expected = _RANGE * model.deviation_at(np.ones(N_JOINTS), np.zeros(N_JOINTS))
+    limit = np.clip(np.where(expected > 0.0, expected, np.inf), contact.floor, contact.limit)
+    return replace(contact, limit=tuple(limit.tolist()))
 
 
 def hand_wrench(jacobian: Array, external: Array) -> 'HandWrench | None':

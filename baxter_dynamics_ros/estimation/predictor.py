@@ -150,11 +150,9 @@ class Predictor:
         held = int(np.count_nonzero(model.spring_is_held(q)))
         if held:
             self.counts[Event.SPRING_HELD] += held
-        residual = None
-        if measured is not None:
-            residual = measured - effort
-            residual.setflags(write=False)
+        residual = None if measured is None else measured - effort
         deviation = model.deviation_at(qd, qdd)
-        for array in (tau, effort, deviation):
-            array.setflags(write=False)
+        for array in (tau, effort, residual, deviation):
+            if array is not None:
+                array.setflags(write=False)
         return Prediction(stamp_ns, q, qd, qdd, tau, effort, residual, deviation)
