@@ -116,6 +116,7 @@ class _Data(NamedTuple):
     inertial: Array  # M qdd + C qd [N m]
     spring: Array  # of the default shape if the settings have none [N m]
     predicted: Array  # without friction and bias [N m]
+    complete: Bools  # (7,); false for s1 if the settings omit its springs
 
     @classmethod
     def of(cls, settings: PredictorSettings, motion: Array) -> '_Data':
@@ -124,7 +125,7 @@ class _Data(NamedTuple):
         tau = settings.model.arm.inverse_dynamics(q, qd, qdd)
         spring = (model if model.has_spring else EffortModel()).spring(q)
         return cls(settings, q, qd, qdd, measured, gravity, tau - gravity, spring,
-                   model.coupled(tau + spring * model.has_spring))
+                   model.coupled(tau + model.spring(q)), (_SAME != S1) | model.has_spring)
 
     @property
     def constant(self) -> Bools:
@@ -174,8 +175,7 @@ def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
     scale, lag = check.velocity_scale, check.lag
     if not np.isnan(scale) and not 0.8 < scale < 1.25:
         remedy = ('negate the velocities, whose signs are opposite' if scale < 0.0 else
-                  'convert velocities from degrees per second to rad/s'
-                  if 0.8 < np.degrees(scale) < 1.25 else
+                  'convert velocities from deg/s to rad/s' if 0.8 < np.degrees(scale) < 1.25 else
                   f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
                   'or velocities are not in rad/s')
         yield Notice('velocity_scale', f'positions change by {scale:.3g} times the integral of '
@@ -234,7 +234,7 @@ def _cost(errors: Array) -> Array:
 
 
 def _sign(data: _Data, check: DataCheck) -> _Found:
-    negative = (check.correlation < -0.6) & (data.predicted.std(0) > 0.3)
+    negative = data.complete & (check.correlation < -0.6) & (data.predicted.std(0) > 0.3)
     return ('effort_sign', negative, 'measured effort has the opposite sign of the prediction '
             f'(correlation {_numbers(negative, check.correlation)})',
             'negate it where it is published or converted')
@@ -251,7 +251,8 @@ def _without_gravity(data: _Data, check: DataCheck) -> _Found:
 
 
 def _scale(data: _Data, check: DataCheck) -> _Found:
-    bearing = _BEARS_LOAD & (data.predicted.std(0) > 0.5) & (np.abs(check.correlation) > 0.7)
+    bearing = _BEARS_LOAD & data.complete & (data.predicted.std(0) > 0.5)
+    bearing &= np.abs(check.correlation) > 0.7
     overall = np.median(check.gain[bearing]) if bearing.any() else 1.0
     is_usual = (check.gain > 0.45) & (check.gain < 2.2) & (0.6 < overall < 1.7)
     odd = bearing & ~is_usual
@@ -266,7 +267,7 @@ def _hand_guided(data: _Data, check: DataCheck) -> _Found:
     friction = (f', and friction is negative ({_numbers(negative, check.coulomb)} N m)'
                 if negative.any() else '')
     return ('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial and '
-            f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}: '
+            f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}; '
             'the motors did not make this motion', 'an arm moved by hand cannot be calibrated; '
             'record a motion made by the motors, such as that of calibrate --plan')
 
@@ -275,7 +276,7 @@ def _springs(data: _Data, check: DataCheck) -> _Found:
     value = check.spring.value[S1] if check.spring.known[S1] else np.nan
     share = f"measured effort of s1 has {value:.2f} of the springs' torque, "
     s1 = _SAME == S1
-    if data.settings.model.effort_model.has_spring:
+    if data.complete[S1]:
         return ('no_springs', s1 & (value < 0.4), share + 'instead of 1',
                 'for a simulator, which has no springs, use simulation.yaml')
     return ('springs', s1 & (value > 0.6), share + 'which these settings omit',

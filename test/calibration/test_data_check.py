@@ -87,6 +87,14 @@ def test_an_arm_at_rest_and_velocities_of_zero_have_no_lag(sound):
         assert evaluate(recording)[0].check.lag is None
 
 
+@pytest.mark.parametrize('share', [0.4, -0.8])
+def test_springs_that_the_settings_omit_are_no_error_of_unit_or_sign(sound, share):
+    recording = sound.changed(lambda q, v, e: (q, v, np.where(
+        np.arange(7) == 1, share * sum(dynamics(q, v)), e)))
+    found = Evaluator(SETTINGS.replace({'effort_model.enabled': False})).evaluate(recording)
+    assert not found.check.problems
+
+
 @pytest.mark.parametrize('factor, text', [(2, 'is 2 times the true one'),
                                           (0.5, 'is 0.5 times the true one')])
 def test_a_wrong_period_is_named(factor, text):
