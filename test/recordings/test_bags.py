@@ -151,6 +151,8 @@ def to_ros1(raw):
     {'index_types': IndexType.CHUNK}, {'index_types': IndexType.NONE},
     {'repeat_channels': False}, {'repeat_schemas': False}, {'use_statistics': False},
     {'use_chunking': False}, {'use_summary_offsets': False, 'index_types': IndexType.MESSAGE},
+    {'index_types': IndexType.NONE, 'repeat_channels': False, 'repeat_schemas': False,
+     'use_statistics': False, 'use_summary_offsets': False},  # no summary at all
     {'order': -1}, {'order': -1, 'index_types': IndexType.NONE}, {'order': -1,
                                                                   'use_chunking': False},
     {'change': lambda raw: bytes(raw) + bytes(4)}, {'change': lambda raw: bytes(raw) + bytes(8)},

@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import sqlite3
-import struct
 
 import pytest
 from recordings.joint_states import GRIPPER, KINDS, ROBOT, states, TOPIC
@@ -21,14 +20,6 @@ def largest(path):
 
 def cut(path, size=None):
     os.truncate(path, path.stat().st_size * 6 // 10 if size is None else size)
-    return path
-
-
-def without_summary(path):
-    """Make an MCAP file look like that of a recorder that writes no index."""
-    data = path.read_bytes()
-    (summary,) = struct.unpack('<Q', data[-28:-20])
-    path.write_bytes(data[:summary] + b'\x02' + struct.pack('<QQQI', 20, 0, 0, 0) + data[-8:])
     return path
 
 
@@ -234,11 +225,3 @@ def test_a_broken_bag_behind_a_good_one_is_refused(refused, make_bag, name):
     good, broken = make_bag(states(30)), make_bag(states(30), name='broken')
     assert refused(name, good, without(broken, 'metadata.yaml')).startswith(
         f'{broken}: has no metadata.yaml')
-
-
-def test_mcap_without_summary_is_evaluated(command, make_bag, tmp_path):
-    path = without_summary(make_bag(states(20)) / 'run.mcap')
-    assert [state.stamp_ns for state in read(path)] == [state[2][0] for state in states(20)]
-    code, _, err = command('evaluate', path, '--output', tmp_path / 'report')
-    assert (code, err) == (0, '')
-    assert (tmp_path / 'report' / 'report.html').is_file()
