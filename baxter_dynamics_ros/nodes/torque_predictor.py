@@ -199,11 +199,11 @@ class TorquePredictor(ParameterNode):
         try:
             from baxter_dynamics_interfaces.action import Calibrate
             from baxter_dynamics_interfaces.srv import GravityTorques, InverseDynamics
-        except ImportError:
+        except ImportError as error:
             self.get_logger().warning(
                 'services gravity_torques and inverse_dynamics and the action calibrate are not '
-                'offered: the package baxter_dynamics_interfaces is not installed. Build it with '
-                'colcon or run `pip install ./baxter_dynamics_interfaces`')
+                f'offered: the package baxter_dynamics_interfaces cannot be imported ({error}). '
+                'Build it with colcon or run `pip install ./baxter_dynamics_interfaces`')
             return
         self._calibrate = CalibrateAction(self, self._predictor, self._statistics, Calibrate)
         services = DynamicsServices(self._predictor, self._statistics)

@@ -18,8 +18,8 @@ from ..estimation.external import External
 from ..estimation.predictor import Prediction, Predictor, Step
 from ..model import BaxterDynamicsError, JOINTS, N_JOINTS
 
-DURATION = 3.0  # of the residuals, on the clock of the stamps [s]
-_PATIENCE = 15.0  # maximum time until there are enough of them [s]
+DURATION = 3.0  # time covered by the residuals, on the clock of the stamps [s]
+_PATIENCE = 15.0  # maximum time for collecting them [s]
 _CHECK_PERIOD = 0.1  # [s]
 BIAS = 'effort_model.bias'
 
@@ -37,13 +37,13 @@ class WaitingRequest:
         self._predictor = predictor
         self._statistics = statistics
         self._values: dict[str, Any] | None = None  # parameters at the beginning of the request
-        self._kept: list[Any] | None = None  # of the joint states; None while none are needed
+        self._kept: list[Any] | None = None  # records of joint states; None while not needed
         # A mutually exclusive group blocks its other callbacks while one of them waits.
         self.group = ReentrantCallbackGroup()
 
     @contextmanager
     def _only(self, name: str) -> Iterator[None]:
-        """Refuse a second request meanwhile, and any without an effort model to change."""
+        """Refuse a request if another is running, or if the effort model is not used."""
         if self._values is not None:
             raise RefusedError(f'another {name} is running')
         if not self._node.values['effort_model.enabled']:
@@ -131,7 +131,7 @@ class ZeroService(WaitingRequest):
 def _usable(steps: list[Step]) -> list[tuple[Prediction, External]]:
     """Return results with residual and contact; raise RefusedError if some forbid the change."""
     if any(step.begins for step in steps):
-        raise RefusedError('the joint states were interrupted')
+        raise RefusedError('the stream restarted: see the counts of the status filter')
     if any(step.prediction and step.prediction.residual is None for step in steps):
         raise RefusedError('there is no measured effort: see the status effort')
     found = [(step.prediction, step.external) for step in steps if step.external

@@ -145,7 +145,7 @@ def test_lost_messages_another_type_and_missing_service_types_are_reported(
     robot.create_publisher(String, '/text', 1)
     hidden = tmp_path / 'baxter_dynamics_interfaces'
     hidden.mkdir()
-    (hidden / '__init__.py').write_text('raise ImportError("not installed")\n')
+    (hidden / '__init__.py').write_text('raise ImportError("no such types")\n')
     start('torque_predictor', '-r', '__ns:=/other', '-r', '/robot/joint_states:=/text')
     process = start(
         'torque_predictor', '-p', 'qos_overrides./robot/joint_states.subscription.depth:=5',
@@ -164,7 +164,7 @@ def test_lost_messages_another_type_and_missing_service_types_are_reported(
 
     robot.until(lambda: any('published as std_msgs/msg/String' in report['input'][1]
                             for report in robot.statuses('other/torque_predictor')))
-    assert 'pip install ./baxter_dynamics_interfaces' in process.output
+    assert 'cannot be imported (no such types). Build it' in process.output
     services = [name for name, _ in robot.get_service_names_and_types()]
     assert '/torque_predictor/reset' in services
     assert '/torque_predictor/gravity_torques' not in services
