@@ -19,7 +19,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-PATIENCE = 30.0  # for what a busy machine may delay [s]
+PATIENCE = 30.0  # time limit of a condition, long enough for a busy machine [s]
 
 # Tests that count messages must not lose any on a busy machine, so they override the default.
 LOSSLESS = ('-p', 'qos_overrides./robot/joint_states.subscription.reliability:=reliable',

@@ -1,4 +1,4 @@
-"""What a node remembers of its stream: the newest steps, and statistics of the last period."""
+"""Newest results of a stream, and statistics of its last period."""
 
 from collections import Counter
 from collections.abc import Callable

@@ -89,7 +89,7 @@ def stopped(process):
 
 
 def kill(process):
-    """End a process without a chance to say so, and remove the shared memory that it leaves."""
+    """Kill a process, and remove the shared memory that it leaves."""
     held = [path.resolve() for path in Path(f'/proc/{process.pid}/fd').iterdir()]
     os.kill(process.pid, signal.SIGKILL)
     process.wait(5.0)

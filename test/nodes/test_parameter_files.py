@@ -1,4 +1,4 @@
-"""The node and the commands make the same of the same parameter files."""
+"""The node and the commands read parameter files alike."""
 
 import json
 from pathlib import Path
@@ -103,7 +103,7 @@ for files, namespace in json.load(sys.stdin):
 
 
 def _by_node(cases):
-    """Return what the node makes of each case: its settings, or why it refuses to start."""
+    """Return the settings of the node for each case, or why it refuses to start."""
     answer = subprocess.run([sys.executable, '-c', CHILD], input=json.dumps(cases), text=True,
                             capture_output=True)
     assert answer.returncode == 0, answer.stderr[-2000:]

@@ -1,4 +1,4 @@
-"""Service zero: constant offsets of the measured effort go into the bias, or it says why not."""
+"""Service zero: adds constant offsets of measured effort to the bias, or refuses."""
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
