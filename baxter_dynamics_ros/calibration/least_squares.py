@@ -210,10 +210,10 @@ class Selector:
         for term, where in self._best_alternatives():
             kept: set[int] = set()
             for joints, own in self._parts(term, where):
-                new = self._errors_with(own)[:, joints]
-                if term.name in self._wanted or _is_better(new, self._errors[:, joints], term):
+                new = self._errors_with(own)
+                if term.name in self._wanted or self._is_better(new, joints, term):
                     self._active[own] = True
-                    self._errors[:, joints] = new
+                    self._errors = new  # of all joints, because they share terms
                     kept.update(joints)
             steps.append(self._step(term.name, kept))
         return steps
@@ -258,19 +258,18 @@ class Selector:
 
     def _useful(self, term: Term, where: slice, joint: int, own: Indices) -> list[Indices]:
         """Return parameters that are large enough and help their joint, the most useful first."""
-        problem = self._problem
-        before, useful = self._errors_with(own[:0])[:, [joint]], []
+        problem, useful = self._problem, []
         for k in own.tolist():
-            errors = self._errors_with(k)[:, [joint]]
+            errors = self._errors_with(k)
             value = (term.read(problem.before)[k - where.start]
                      + problem.fit(problem.whole, self._weights, self._with(k))[k])
-            if abs(value) >= term.least and _is_better(errors, before, term):
-                useful.append((errors.sum(), k))
+            if abs(value) >= term.least and self._is_better(errors, [joint], term):
+                useful.append((errors[:, joint].sum(), k))
         return [np.array([k]) for _, k in sorted(useful)]
 
-
-def _is_better(new: Array, old: Array, term: Term) -> bool:
-    """Return whether new squared errors (folds, joints) are small enough for a term."""
-    ratio = np.maximum(new.sum(0), 1e-12) / np.maximum(old.sum(0), 1e-12)
-    in_most = not term.separate or np.mean(new < old) >= _MOST
-    return bool(np.log(ratio).mean() < 2 * np.log1p(-term.worth) and in_most)
+    def _is_better(self, errors: Array, joints: list[int], term: Term) -> bool:
+        """Return whether squared residuals (folds, 7) are small enough at the joints of a term."""
+        new, old = errors[:, joints], self._errors[:, joints]
+        ratio = np.maximum(new.sum(0), 1e-12) / np.maximum(old.sum(0), 1e-12)
+        in_most = not term.separate or np.mean(new < old) >= _MOST
+        return bool(np.log(ratio).mean() < 2 * np.log1p(-term.worth) and in_most)

@@ -6,7 +6,7 @@ from baxter_dynamics_ros.calibration.calibration_results import Selection
 from baxter_dynamics_ros.calibration.fit import best_fit, correlation_times
 from baxter_dynamics_ros.calibration.fit_data import residual
 from baxter_dynamics_ros.calibration.least_squares import (
-    Problem, SHORTEST, solve, squared_error)
+    Problem, Selector, SHORTEST, solve, squared_error)
 from baxter_dynamics_ros.calibration.terms import all_terms
 from calibration.known_robot import columns, decoupled, make_motion
 import numpy as np
@@ -64,6 +64,16 @@ def test_solve_is_optimal_within_its_bounds(rng):
     gradient = np.einsum('j,njp,nj->p', weights, x, x @ found - y) + found / prior ** 2
     np.testing.assert_allclose(gradient[~at_bound], 0.0, atol=1e-9)
     assert (gradient[at_bound] > 0.0).all()
+
+
+def test_rms_of_a_step_is_that_of_all_joints_with_its_parameters(settings, rng):
+    """Friction of one joint changes the payload, and with it the residuals of the others."""
+    problem = Problem(settings, all_terms(settings, shape=False)[:5],
+                      [make_motion(300, rng) for _ in range(3)])
+    weights = np.ones(7)
+    for step in Selector(problem, weights, {'payload', 'coulomb'}, problem.mask()).steps():
+        errors = problem.cross_validate(weights, step.active)
+        np.testing.assert_allclose(step.rms, problem.rms(errors), err_msg=step.term)
 
 
 def test_steps_after_a_better_one_are_not_tried(monkeypatch):
