@@ -86,7 +86,7 @@ def parameters_picture(calibration: Calibration) -> 'Picture | None':
     terms = dict.fromkeys(one.term for one in calibration.parameters if not one.component)
     if not terms:
         return None
-    figure, axes = panels((0.92,) * len(terms), gap=0.46, sharex=False)
+    figure, axes = panels((0.92,) * len(terms), gap=0.46, top=0.52, sharex=False)
     for axis, term in zip(axes, terms):
         fitted = calibration.of_term(term)
         joints = [one.joint for one in fitted if one.joint is not None]

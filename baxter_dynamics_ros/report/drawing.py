@@ -15,7 +15,7 @@ from ..model import Array, BAND
 from ..recordings.evaluation_results import Band
 
 WIDTH = 4.6  # [in]: text of 9.5 pt stays above 9 px where this fills the width of a phone
-_TOP, _BOTTOM = 0.34, 0.44  # margins of a figure [in]
+_BOTTOM = 0.44  # margin of a figure [in]
 _ROOM = 1.5  # height of a panel with the expected range, relative to that of the residuals
 _SMALLEST = 0.005  # least half height of a panel [N m]: the resolution of effort
 _GAP = 0.25  # time without samples that is shown as a gap; shorter is a low rate [s]
@@ -65,13 +65,14 @@ class Picture(NamedTuple):
 
 
 def panels(heights: tuple[float, ...], title: str = '', left: float = 0.7,
-           gap: float = 0.28, sharex: bool = True) -> tuple[Figure, list[Axes]]:
+           gap: float = 0.28, top: float = 0.34, sharex: bool = True
+           ) -> tuple[Figure, list[Axes]]:
     """Return a figure and its panels, one above the other; all sizes in inches."""
-    height = _TOP + sum(heights) + gap * (len(heights) - 1) + _BOTTOM
+    height = top + sum(heights) + gap * (len(heights) - 1) + _BOTTOM
     figure = Figure(figsize=(WIDTH, height))
     figure.text(0.012, 1.0 - 0.05 / height, title, va='top', fontsize=13, fontweight='bold')
     figure.subplots_adjust(left / WIDTH, _BOTTOM / height, 1.0 - 0.14 / WIDTH,
-                           1.0 - _TOP / height, hspace=gap * len(heights) / sum(heights))
+                           1.0 - top / height, hspace=gap * len(heights) / sum(heights))
     axes = figure.subplots(len(heights), sharex=sharex, squeeze=False, height_ratios=heights)
     for axis in axes.flat:
         axis.locator_params(axis='y', nbins=5, steps=[1, 2, 5, 10])
