@@ -160,7 +160,7 @@ def steps_table(calibration: Calibration) -> Table:
     first, *steps = calibration.steps
     rms = [np.where(np.isin(range(N_JOINTS), step.joints), step.rms, np.nan) for step in steps]
     return Table('RMS of the residual on left-out data [N m] with the terms so far; bars compare '
-                 'those of a joint, – where a term was not kept',
+                 'the values of a joint; – where a term was not kept',
                  joint_columns([first.rms, *rms, calibration.total.after]), 'with',
                  ['before', *(f'+ {term_name(step.term)}' for step in steps), 'after'])
 
@@ -172,8 +172,8 @@ def recordings_table(calibration: Calibration) -> Table:
     for joint, *pair in zip(JOINTS, np.transpose(before), np.transpose(after)):
         columns += [Column(label, values, joint, whole=np.max(pair))
                     for label, values in zip(('before', 'after'), pair)]
-    return Table(f'RMS of the residual [N m] on each {calibration.fold}, fitted to the others; '
-                 'bars compare those of a joint', columns, calibration.fold, names, foot=True)
+    return Table(f'RMS of the residual [N m] on each {calibration.fold} with a fit to the others; '
+                 'bars compare the values of a joint', columns, calibration.fold, names, foot=True)
 
 
 def deviation_table(calibration: Calibration) -> 'Table | None':

@@ -23,14 +23,12 @@ _NAMED = 5  # parameters that are named; the others are counted
 
 
 def write_calibration(path: str | Path, calibration: Calibration, command: str,
-                      parameters: str | None = None) -> None:
+                      parameters: str) -> None:
     """
     Write the .html file, whole or not at all; raise BaxterDynamicsError if it cannot be written.
 
-    The name of the parameter file is by default that of the report, with the suffix .yaml.
+    ``parameters`` is the name of the parameter file.
     """
-    path = Path(path)
-    parameters = parameters or path.with_suffix('.yaml').name
     # Notices about all recordings before those about one.
     notices = sorted(calibration.notices, key=lambda notice: bool(notice.recording))
     with styled():
@@ -65,7 +63,7 @@ def _worse(calibration: Calibration) -> 'str | None':
         return None
     n, joint = np.unravel_index(np.argmax(ratio), ratio.shape)
     return (f'{worse.any(1).sum()} of {len(judged)} {calibration.fold}s, at '
-            f'{listed(np.any(worse, axis=0))}; most {judged[n].name} at {JOINTS[joint]}: '
+            f'{listed(np.any(worse, axis=0))}, most at {JOINTS[joint]} of {judged[n].name}: '
             f'{number(judged[n].before[joint], 2)} before, {torque(judged[n].after[joint])} '
             'after.')
 
@@ -127,7 +125,7 @@ def _lag(calibration: Calibration) -> str:
     odd = np.abs(lag.per_joint - lag.value) > 0.003  # false where NaN
     joints = [f'{joint} ({number(1e3 * value, 1)}\u00a0ms)'
               for joint, value in zip(JOINTS, lag.per_joint)]
-    return text + (f' Different: {listed(odd, joints)}.' if odd.any() else '')
+    return text + (f' Joints that differ: {listed(odd, joints)}.' if odd.any() else '')
 
 
 def _tilt(calibration: Calibration) -> 'str | None':

@@ -94,7 +94,7 @@ def size_table(of: Statistics) -> Table:
                Column('mean |e|', errors.mean_abs), Column('correlation', errors.correlation)]
     if of.expected is not None:
         columns += [Column('expected deviation', of.expected.deviation),
-                    Column('within ±1.96 of it [%]', 100.0 * of.expected.coverage, digits=0)]
+                    Column('within ±1.96 deviations [%]', 100.0 * of.expected.coverage, digits=0)]
     return Table('Error e = measured − predicted effort [N m]', columns)
 
 
@@ -117,7 +117,7 @@ def terms_table(of: Statistics) -> Table:
 
 def estimators_table(of: Statistics) -> Table:
     """Return the RMS error with each acceleration estimator."""
-    return Table('RMS of e [N m] by acceleration; bars compare those of a joint', compared({
+    return Table('RMS of e [N m] by acceleration; bars compare the values of a joint', compared({
         ESTIMATOR_NAMES[name]: errors.rms for name, errors in of.estimators.items()}))
 
 

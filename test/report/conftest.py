@@ -87,7 +87,7 @@ def calibration_page(calibration, tmp_path_factory):
                                         ('moment y', 'kg m', 0.0), ('moment z', 'kg m', -0.5))]
     write_calibration(path, replace(
         calibration, judged=judged, notices=tuple(notices),
-        parameters=[*calibration.parameters, *links]), f'calibrate {HOSTILE}')
+        parameters=[*calibration.parameters, *links]), f'calibrate {HOSTILE}', 'my robot.yaml')
     return path
 
 

@@ -106,12 +106,12 @@ def test_findings_of_a_calibration(calibration):
             'Improvement': 'On recordings left out of the fit, the residual is smaller at every '
             'joint: s0 −55 %, s1 −50 %, e0 −13 %',
             'Worse than before':
-            '1 of 2 recordings, at e0; most laps at e0: 0.80 before, 1.20 N m after.',
+            '1 of 2 recordings, at e0, most at e0 of laps: 0.80 before, 1.20 N m after.',
             'Cross-validation': 'Each of 2 recordings was predicted by a fit to the other.',
             'Uncertain parameters': 'bias e1 (0 ± 0.10 N m), bias w0 (0 ± 0.10 N m), bias w1 '
             '(0 ± 0.10 N m), bias w2 (0.06 ± 0.10 N m): ',
             'Velocity lag': '13.300 ± 0.030 ms measured, 14.0 ms used; 14 ms are usual on Baxter. '
-            'Different: w1 (20.0 ms).',
+            'Joints that differ: w1 (20.0 ms).',
             'Tilt of the base': '1.1°: 1.0 ± 0.1° forward and 0.5 ± 0.2° to the right.',
             'Record next': 'Useful: another recording of a different motion; a motion of s1 from '
             '−1.9 to 1.0 rad, for the spring (now −1.10 to 0.35); a motion in which the joints '
@@ -155,7 +155,7 @@ def test_improvement(calibration, factors, text):
 def test_a_report_that_cannot_be_written_is_refused(nothing_kept, tmp_path):
     (tmp_path / 'folder.html').mkdir()
     with pytest.raises(BaxterDynamicsError, match='folder.html'):
-        calibration_report.write_calibration(tmp_path / 'folder.html', nothing_kept, '')
+        calibration_report.write_calibration(tmp_path / 'folder.html', nothing_kept, '', 'my.yaml')
     assert [path.name for path in tmp_path.iterdir()] == ['folder.html']
 
 
