@@ -54,7 +54,7 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     free, contacts, contact = _without_contact(motions, preliminary)
     problem = Problem(settings, terms, free, _robust(free, preliminary))
     steps, unidentifiable, _ = choose(problem, wanted)
-    progress('judging on what was left out')
+    progress('cross-validating')
     fit, given_up = best_fit(problem, steps[-1:] if only else steps)
     parameters = fit.parameters
     judged = [one if part is motion else one._replace(
@@ -176,8 +176,8 @@ def _doubts(parameters: list[Fitted], given_up: Sequence[Selection]) -> Iterator
     """Yield notices about terms that did not predict better, and a payload out of reach."""
     terms = ', '.join(step.term for step in given_up if step.joints)
     if terms:
-        yield Notice('given_up', f'with {terms} what was left out is predicted worse than '
-                     'without: the result is the step before')
+        yield Notice('given_up', f'left-out data are predicted worse with {terms} than without: '
+                     'the result is the step before')
     if any(one.term == 'payload' and one.component.startswith('center')
            and abs(one.value) >= REACH for one in parameters):
         yield Notice('payload_center', 'payload: the motion does not show its centre of mass: '

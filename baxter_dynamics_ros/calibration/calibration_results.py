@@ -82,12 +82,18 @@ class Calibration:
         return bool(np.log(after / before).mean() < np.log(1.0 - _BETTER))
 
     @property
+    def left_out(self) -> str:
+        """Name of the data that judge the fit."""
+        data = 'parts of the recording' if self.fold == 'part' else 'recordings'
+        return f'{data} left out of the fit'
+
+    @property
     def summary(self) -> str:
         """Residuals before and after, in one line."""
         pairs = ', '.join(f'{joint} {before:.3f} to {after:.3f}' for joint, before, after in zip(
             JOINTS, self.total.before, self.total.after))
-        return (f'residual on what was left out of the fit {"" if self.better else "not "}'
-                f'reduced [N m]: {pairs}')
+        return (f'residual on {self.left_out} {"" if self.better else "not "}reduced [N m]: '
+                + pairs)
 
     def of_term(self, term: str) -> list[Fitted]:
         """Return the fitted quantities of a term."""

@@ -185,7 +185,7 @@ def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, list[Notice
                 if not term.separate:
                     lost.setdefault(JOINTS[joint], {})[term.name] = None
     return mask, [Notice('unidentifiable', f'{joint}: the motion does not show '
-                         f'{", ".join(names)}: as before', (joint,))
+                         f'{", ".join(names)}: left unchanged', (joint,))
                   for joint, names in lost.items()]
 
 

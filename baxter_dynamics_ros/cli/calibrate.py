@@ -81,13 +81,8 @@ def _comments(result: Calibration, command: str) -> list[str]:
         command,
         f'Fitted to {result.samples} samples, {result.total.duration:.0f} s. Other parameters '
         'have their defaults.', '',
-        f'Residual RMS [N m] on {_left_out(result)}, before and after:', *rows,
+        f'Residual RMS [N m] on {result.left_out}, before and after:', *rows,
         *([''] + [f'Warning: {notice}' for notice in result.notices] if result.notices else [])]
-
-
-def _left_out(result: Calibration) -> str:
-    kind = 'parts of the recording' if result.fold == 'part' else 'recordings'
-    return f'{kind} left out of the fit'
 
 
 def _print(result: Calibration) -> None:
@@ -95,8 +90,8 @@ def _print(result: Calibration) -> None:
         say(f'warning: {notice}')
     if result.lag is not None:
         say(f'velocity lag: {1e3 * result.lag.value:.1f} ms')
-    say(f'residual RMS [N m] on {_left_out(result)}, after adding each term to the joints that it '
-        'improves')
+    say(f'residual RMS [N m] on {result.left_out}, after adding each term to the joints that it '
+        'improves; in the rows of terms outliers count less')
     show_table(('term', *JOINTS), [
         ('before', *result.total.before),
         *(('+ ' + step.term, *(x if i in step.joints else '.' for i, x in enumerate(step.rms)))

@@ -52,7 +52,7 @@ def _gain(calibration: Calibration) -> str:
         text = f'smaller at no joint: {", ".join(changes)}. Keep your present parameters'
     else:
         text = 'unchanged at every joint'
-    return f'On {calibration.fold}s left out of the fit, the residual is {text}.'
+    return f'On {calibration.left_out}, the residual is {text}.'
 
 
 def _worse(calibration: Calibration) -> 'str | None':

@@ -175,8 +175,7 @@ def test_only_fits_the_named_terms_and_reports_the_stages():
     changed = {name for name, value in found.after.parameters().items()
                if value != found.before.parameters()[name]}
     assert {name for name in changed if 'deviation' not in name} == {'effort_model.coulomb'}
-    assert stages == ['reading motion 0', 'reading motion 1', 'fitting',
-                      'judging on what was left out']
+    assert stages == ['reading motion 0', 'reading motion 1', 'fitting', 'cross-validating']
 
 
 @pytest.mark.parametrize('arguments, message', [

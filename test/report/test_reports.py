@@ -129,7 +129,7 @@ def test_findings_of_other_calibrations(calibration, nothing_kept):
         parameters=[*sure, moment]))
     assert not {'Record next', 'Uncertain parameters', 'Tilt of the base'} & wide.keys()
     found = sentences(calibration_report, nothing_kept)
-    assert found['Improvement'].startswith('On parts left out')
+    assert found['Improvement'].startswith('On parts of the recording left out')
     assert found['Velocity lag'].startswith('Not measured')
     assert 'the parts are alike' in found['Cross-validation']
     contact = Contact('e0', 123.3, 124.4, 8.1, True, 'laps')
