@@ -51,7 +51,7 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
     *_, preliminary = choose(Problem(settings, terms, motions), wanted)
-    free, contacts, contact = _without_contact(motions, preliminary)
+    free, contacts, contact = _without_contact(motions, preliminary, fold)
     problem = Problem(settings, terms, free, _robust(free, preliminary))
     steps, unidentifiable, _ = choose(problem, wanted)
     progress('cross-validating')
@@ -140,11 +140,11 @@ def _terms(settings: PredictorSettings, s1_range: tuple[float, float], only: Col
     return [term for term in terms if term.name in wanted], notices
 
 
-def _without_contact(motions: list[Motion], settings: PredictorSettings
+def _without_contact(motions: list[Motion], settings: PredictorSettings, fold: str
                      ) -> tuple[list[Motion], list[Contact], list[Notice]]:
     """Return motions without contact, the contacts unless they are too many, and a notice."""
-    found = [find_contacts(motion.time, residual(motion, settings), motion.q, motion.name)
-             for motion in motions]
+    found = [find_contacts(motion.time, residual(motion, settings), motion.q,
+                           motion.name if fold == 'recording' else '') for motion in motions]
     contacts = sum(found, [])
     if not contacts:
         return motions, [], []

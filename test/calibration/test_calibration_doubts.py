@@ -103,6 +103,7 @@ def test_contact_is_found_and_left_out():
     assert contact.joint == 'e0' and not contact.at_stop and contact.recording == pressed.name
     assert contact.end - contact.start == pytest.approx(1.0, abs=0.2)
     assert abs(contact.peak) == pytest.approx(9.0, abs=1.0)
+    assert ' of ' not in str(calibrate([pressed], only=ONLY).contacts[0])  # not of a part
     np.testing.assert_allclose(found.total.after, clean.total.after, rtol=0.05)
     assert found.total.with_contact[2] > 2 * found.total.after[2]
     np.testing.assert_allclose(found.after.effort_model.bias,
