@@ -9,10 +9,10 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from .calibration_results import Selection
-from .fit_data import Motion, turning
+from .fit_data import CalibrationError, Motion, turning
 from .joint_terms import Sample, Term
 from ..estimation.settings import PredictorSettings
-from ..model import Array, Bools, Indices, JOINTS, N_JOINTS
+from ..model import ArgumentError, Array, Bools, Indices, JOINTS, N_JOINTS
 from ..recordings.data_check import Notice
 
 SHORTEST = 1.0  # minimum correlation time, because model errors recur with the motion [s]
@@ -94,12 +94,15 @@ class Problem:
         return result
 
     def updated(self, b: Array) -> PredictorSettings:
-        """Return the settings with the deviations b (p,)."""
+        """Return the settings with the deviations b (p,); CalibrationError if out of range."""
         values: dict[str, Any] = {}
         for term, where in self.terms:
             if b[where].any():
                 values.update(term.values(self.before, b[where]))
-        return self.before.replace(values) if values else self.before
+        try:
+            return self.before.replace(values)
+        except ArgumentError as error:
+            raise CalibrationError(f'the fit leaves the range of a parameter: {error}') from None
 
     def weights(self, rms: Array, correlation_time: Array | float = SHORTEST) -> Array:
         """Return 1 / variance (7,) for one sample per correlation time [1/(N m)^2]."""

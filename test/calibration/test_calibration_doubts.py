@@ -144,6 +144,8 @@ REFUSED = {
     'measured effort is exactly zero': lambda: [record().changed(
         lambda q, v, e: (q, v, 0.0 * e))],
     'no measured effort': lambda: [record().changed(lambda q, v, e: (q, v, e[:0]))],
+    'the fit leaves the range of a parameter: effort_model.bias': lambda: [record().changed(
+        lambda q, v, e: (q, v, e + 60.0))],
     'both arms': lambda: [record({'arm': side}, duration=1.0) for side in ('left', 'right')],
     'no valid joint states of the arm': lambda: [
         Recording('other', 'left', record({'arm': 'right'}).states)],
