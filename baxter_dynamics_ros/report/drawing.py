@@ -35,7 +35,6 @@ STYLE = {
     'font.family': 'DejaVu Sans',  # comes with matplotlib
     'font.size': 9.5,
     'axes.titlesize': 9.5,
-    'legend.fontsize': 9.5,
     'text.color': INK,
     'axes.spines.top': False,
     'axes.spines.right': False,
@@ -64,7 +63,7 @@ class Picture(NamedTuple):
     svg: bytes
 
 
-def panels(heights: tuple[float, ...], title: str = '', left: float = 0.7,
+def panels(heights: tuple[float, ...], title: str = '', left: float = 0.8,
            gap: float = 0.28, top: float = 0.34, sharex: bool = True
            ) -> tuple[Figure, list[Axes]]:
     """Return a figure and its panels, one above the other; all sizes in inches."""

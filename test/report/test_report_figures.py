@@ -102,6 +102,8 @@ def test_rounding_errors_are_not_enlarged(draw):
     noise = np.random.default_rng(5).normal(0.0, 1e-13, (250, 7))
     picture = draw({'error_lagrange_euler': drawing.Band(noise, noise)}, empty=slice(0))
     assert extent(lines(picture, drawing.MODEL)[1]) < 0.1
+    labels = re.findall(r'translate\(([\d.]+) [\d.]+\) rotate', picture.svg.decode())
+    assert len(labels) == 2 and min(map(float, labels)) > 7.0  # not cut beside long numbers [pt]
 
 
 def test_spring_is_shaded_where_it_was_measured(calibration):
