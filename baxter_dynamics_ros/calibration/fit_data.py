@@ -148,7 +148,8 @@ def _refuse(motions: list[Motion]) -> None:
     duration = sum(motion.duration for motion in long_enough(motions))
     if duration < _SHORTEST:
         raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
-                               f'{_SHORTEST:g} s, better a minute (--plan shows one)')
+                               f'{_SHORTEST:g} s in recordings of {_SHORT:g} s or more, better a '
+                               'minute (--plan shows one)')
     fastest = np.abs(_speeds(motions)).max(0)
     if (fastest < _MOVES).all():
         raise CalibrationError(f'no joint moves faster than {fastest.max():.3f} rad/s: record a '

@@ -213,27 +213,24 @@ class Selector:
         for term, where in self._best_alternatives():
             kept: set[int] = set()
             for joints, own in self._parts(term, where):
-                new = self._errors_with(own)
-                if term.name in self._wanted or self._is_better(new, joints, term):
-                    self._active[own] = True
-                    self._errors = new  # of all joints, because they share terms
+                active = self._with(own)
+                errors = self._problem.cross_validate(self._weights, active)
+                if term.name in self._wanted or self._is_better(errors, joints, term):
+                    # Errors of all joints, because they share terms.
+                    self._active, self._errors = active, errors
                     kept.update(joints)
             steps.append(self._step(term.name, kept))
         return steps
 
     def _step(self, term: str, joints: set[int]) -> Selection:
         return Selection(term, tuple(sorted(joints)), self._problem.rms(self._errors),
-                         self._active.copy())
+                         self._active)
 
     def _with(self, own: 'Indices | slice | int') -> Bools:
         """Return the active parameters (p,) with some more."""
         active = self._active.copy()
         active[own] = True
         return active
-
-    def _errors_with(self, own: 'Indices | slice | int') -> Array:
-        """Return the squared residuals (folds, 7) of a fit with some more parameters."""
-        return self._problem.cross_validate(self._weights, self._with(own))
 
     def _best_alternatives(self) -> Iterator[tuple[Term, slice]]:
         """Yield the terms and their slices; of the Dahl terms only that with the best length."""
@@ -263,9 +260,10 @@ class Selector:
         """Return parameters that are large enough and help their joint, the most useful first."""
         problem, useful = self._problem, []
         for k in own.tolist():
-            errors = self._errors_with(k)
+            active = self._with(k)
+            errors = problem.cross_validate(self._weights, active)
             value = (term.read(problem.before)[k - where.start]
-                     + problem.fit(problem.whole, self._weights, self._with(k))[k])
+                     + problem.fit(problem.whole, self._weights, active)[k])
             if abs(value) >= term.least and self._is_better(errors, [joint], term):
                 useful.append((errors[:, joint].sum(), k))
         return [np.array([k]) for _, k in sorted(useful)]
