@@ -209,7 +209,7 @@ class Selector:
 
     def steps(self) -> list[Selection]:
         """Try the terms in the order of the problem; the first step has no term."""
-        steps = [self._step('', set())]
+        steps = [Selection('', (), self._problem.rms(self._errors), self._active)]
         for term, where in self._best_alternatives():
             kept: set[int] = set()
             for joints, own in self._parts(term, where):
@@ -219,12 +219,9 @@ class Selector:
                     # Errors of all joints, because they share terms.
                     self._active, self._errors = active, errors
                     kept.update(joints)
-            steps.append(self._step(term.name, kept))
+            steps.append(Selection(term.name, tuple(sorted(kept)),
+                                   self._problem.rms(self._errors), self._active))
         return steps
-
-    def _step(self, term: str, joints: set[int]) -> Selection:
-        return Selection(term, tuple(sorted(joints)), self._problem.rms(self._errors),
-                         self._active)
 
     def _with(self, own: 'Indices | slice | int') -> Bools:
         """Return the active parameters (p,) with some more."""

@@ -13,8 +13,7 @@ import numpy as np
 
 from .drawing import (draw_band, draw_expected, frame, legend, MEASURED, MODEL, panels, Picture,
                       styled, svg, zero_line)
-from .page import (Column, compared, findings, joint_columns, listed, render, Table,
-                   torque)
+from .page import Column, compared, findings, joint_columns, listed, render, Table, torque
 from .. import __version__
 from ..files import write_files
 from ..model import BAND, JOINTS, N_JOINTS

@@ -139,7 +139,6 @@ def still(noise):
 
 REFUSED = {
     'no recordings': lambda: [],
-    'too short': lambda: [record(duration=9.0)],
     'no joint moves faster than 0.0': lambda: [still(noise=0.1)],
     'measured effort is exactly zero': lambda: [record().changed(
         lambda q, v, e: (q, v, 0.0 * e))],
