@@ -222,7 +222,7 @@ def start_command(tmp_path):
 def refused(command, tmp_path, monkeypatch):
     """Return a function that asserts: one line, exit code 1, and all in tmp_path as before."""
     def contents():
-        return {path: path.is_dir() or path.read_bytes() for path in tmp_path.rglob('*')}
+        return {path: path.is_file() and path.read_bytes() for path in tmp_path.rglob('*')}
 
     def run(name, *arguments):
         monkeypatch.chdir(tmp_path)

@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 import re
 
-from .options import add_parameters, output_path, read_settings
+from .options import add_parameters, output_path, read_settings, resolved
 from .terminal import say, write
 from .. import __version__
 from ..estimation.settings import PredictorSettings
@@ -67,8 +67,8 @@ def main(args: argparse.Namespace) -> int:
 
 def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
     """Return the folder and its new files; refuse to replace files of others."""
-    path = Path(output).expanduser().resolve()
-    if path.suffix in {Path(name).suffix for name in texts} and not path.is_dir():
+    path = resolved(output)
+    if path.suffix in {Path(name).suffix for name in texts} and not os.path.isdir(path):
         if len(texts) > 1:
             raise BaxterDynamicsError(f'--output: expected a folder for {len(texts)} files')
         texts, path = {path.name: text for text in texts.values()}, path.parent

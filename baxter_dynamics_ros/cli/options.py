@@ -77,7 +77,7 @@ def read_settings(args: argparse.Namespace) -> dict[str, Any]:
     if not args.params:
         return {}
     from ..recordings.parameter_file import read_parameters
-    return read_parameters([Path(path).expanduser() for path in args.params], args.node,
+    return read_parameters([Path(os.path.expanduser(path)) for path in args.params], args.node,
                            lambda line: say(f'warning: {line}'))
 
 
@@ -89,7 +89,7 @@ def read_inputs(args: argparse.Namespace) -> 'tuple[PredictorSettings, list[Reco
     if args.arm and values.get('arm', args.arm) != args.arm:
         say(f"warning: the parameters are of the {values['arm']} arm; friction, bias and tilt "
             'differ between arms')
-    recordings = open_recordings([Path(bag).expanduser() for bag in args.bags], args.topic,
+    recordings = open_recordings([Path(os.path.expanduser(bag)) for bag in args.bags], args.topic,
                                  args.arm or values.get('arm'), settings.joint_prefix)
     if not recordings:
         raise BaxterDynamicsError(f'{", ".join(map(str, args.bags))}: no recordings')
@@ -104,7 +104,34 @@ def output_path(option: str, output: str | Path, endings: tuple[str, ...] = (),
     Raises BaxterDynamicsError if it cannot be written, belongs to an input, or exists and may not
     be replaced; None as ``force`` means that the command has no such option.
     """
-    path = Path(output).expanduser().resolve()
+    path = resolved(output)
+    try:
+        tempfile.TemporaryFile(dir=_existing_folder(option, path, endings)).close()
+        exists = path.is_file() or path.is_dir() and any(path.iterdir())
+    except OSError as error:
+        raise BaxterDynamicsError(
+            f'{option}: {path} cannot be written ({error.strerror})') from None
+    for name in inputs if exists else ():
+        source = resolved(name)
+        if os.path.exists(source) and (path.is_relative_to(source) or path.samefile(source)):
+            raise BaxterDynamicsError(f'{option}: {path} belongs to the input {name}')
+    if exists and not force:
+        raise BaxterDynamicsError(f'{option}: {path} exists; choose another name'
+                                  + ('' if force is None else ', or replace it with --force'))
+    return path
+
+
+def resolved(name: str | Path) -> Path:
+    """Return the absolute path without symbolic links; ~ is the home folder."""
+    try:
+        return Path(os.path.realpath(os.path.expanduser(name)))
+    except FileNotFoundError:
+        raise BaxterDynamicsError(
+            'the current folder no longer exists: cd to another one') from None
+
+
+def _existing_folder(option: str, path: Path, endings: tuple[str, ...]) -> Path:
+    """Return the folder that holds a file with one of the endings, or will hold a new folder."""
     if endings and path.suffix.lower() not in endings:
         raise BaxterDynamicsError(
             f'{option}: expected a name ending in {" or ".join(endings)}, got {path.name}')
@@ -115,16 +142,4 @@ def output_path(option: str, output: str | Path, endings: tuple[str, ...] = (),
             f'{folder} is not a folder' if folder.exists() else f'no folder {folder}'))
     if endings and path.is_dir():
         raise BaxterDynamicsError(f'{option}: {path} is a folder')
-    try:
-        tempfile.TemporaryFile(dir=folder).close()
-        exists = path.is_file() or path.is_dir() and any(path.iterdir())
-    except OSError as error:
-        raise BaxterDynamicsError(
-            f'{option}: {folder} cannot be written ({error.strerror})') from None
-    for source in (Path(name).expanduser() for name in inputs if exists):
-        if source.exists() and (path.is_relative_to(source.resolve()) or path.samefile(source)):
-            raise BaxterDynamicsError(f'{option}: {path} belongs to the input {source}')
-    if exists and not force:
-        raise BaxterDynamicsError(f'{option}: {path} exists; choose another name'
-                                  + ('' if force is None else ', or replace it with --force'))
-    return path
+    return folder

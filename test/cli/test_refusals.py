@@ -37,6 +37,10 @@ REFUSALS = [  # arguments, reason
     ('export c -o file', '--output: {here}/file is not a folder'),
     ('export python -o theirs.py', '--output: {here}/theirs.py ' + THEIRS),
     ('export c -o theirs', '--output: {here}/theirs/example.c ' + THEIRS),
+    ('export c -o loop', '--output: no folder {here}/loop'),
+    ('export c -o ~nobody_here/x --params ~nobody_here/p.yaml',
+     '~nobody_here/p.yaml: cannot be read (No such file or directory)'),
+    ('demo --output ~nobody_here/demo.png', '--output: no folder {here}/~nobody_here'),
     ('evaluate none -o new', 'none: no such file or folder'),
     ('evaluate none.npz -o new', 'none.npz: no recordings'),
     ('evaluate run', '--output: {here}/baxter_evaluation ' + TAKEN),
@@ -71,6 +75,7 @@ def here(make_bag, moving_arm, tmp_path):
     (tmp_path / 'left.yaml').write_text('/**:\n  ros__parameters: {arm: left}\n')
     (tmp_path / 'robot.yaml').write_text('/**:\n  ros__parameters: {payload.mass: 0.3}\n')
     os.link(tmp_path / 'robot.yaml', tmp_path / 'link.yaml')
+    (tmp_path / 'loop').symlink_to('loop')
     return tmp_path
 
 
@@ -81,10 +86,19 @@ def test_a_refusal_is_one_line_and_writes_nothing(refused, here):
 
 def test_a_folder_that_cannot_be_written_is_refused_before_work_begins(refused, here, closed):
     (here / 'locked').mkdir()
-    for words in 'evaluate run -o locked/below', 'calibrate run -o locked/robot.yaml':
-        with closed(here / 'locked', 0o555):
-            assert refused(*words.split()) == (
-                f'--output: {here}/locked cannot be written (Permission denied)')
+    for words in ('evaluate run -o locked/below', 'calibrate run -o locked/robot.yaml',
+                  'demo --output locked/demo.png', 'export c -o locked/arm'):
+        for mode in 0o555, 0o000:
+            with closed(here / 'locked', mode):
+                assert refused(*words.split()) == (
+                    f'--output: {here}/{words.split()[-1]} cannot be written (Permission denied)')
+
+
+def test_a_deleted_current_folder_is_named(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.rmdir()
+    assert command('export', 'c') == (1, '', 'baxter_dynamics export: the current folder no '
+                                      'longer exists: cd to another one\n')
 
 
 def test_a_report_that_cannot_be_written_leaves_no_new_bag(command, here, monkeypatch):
