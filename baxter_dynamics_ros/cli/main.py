@@ -1,11 +1,13 @@
 """The baxter_dynamics command and its verbs, and the commands of the nodes."""
 
 import argparse
+import ast
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 import os
+from pathlib import Path
 import shlex
 import signal
 import sys
@@ -54,14 +56,15 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         prog='baxter_dynamics', description="Lagrange-Euler dynamics of the Baxter robot's arms.")
     parser.add_argument('--version', action='version', version=__version__)
     verbs = parser.add_subparsers(dest='verb', metavar='COMMAND', required=True)
-    first = arguments[:1]
-    for name in () if first == ['--version'] else VERBS.keys() & first or VERBS:
-        verb = import_module(f'{__package__}.{name}')
-        description = (verb.__doc__ or '').strip()
+    for name in VERBS:
+        source = Path(__file__).with_name(f'{name}.py').read_text('utf-8')
+        description = ast.get_docstring(ast.parse(source)) or ''
         subparser = verbs.add_parser(
             name, help=description.partition('.')[0], description=description)
-        verb.add_arguments(subparser)
-        subparser.set_defaults(main=verb.main)
+        if name in arguments:  # the others take time to import
+            verb = import_module(f'{__package__}.{name}')
+            verb.add_arguments(subparser)
+            subparser.set_defaults(main=verb.main)
     return parser.parse_args(arguments, argparse.Namespace(
         command_line=shlex.join(['baxter_dynamics', *arguments])))
 

@@ -54,6 +54,7 @@ def test_help_needs_no_extra(tmp_path):
     code = (f'import sys; sys.modules.update(dict.fromkeys({libraries}))\n'
             'from baxter_dynamics_ros.cli.main import main, VERBS\n'
             'for verb in ("--help", *VERBS):\n'
+            '    assert f"baxter_dynamics_ros.cli.{verb}" not in sys.modules\n'
             '    try:\n        main([verb, "--help"])\n'
             '    except SystemExit as end:\n        assert not end.code\n'
             'sys.exit(main(["watch"]))')
