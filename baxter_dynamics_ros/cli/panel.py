@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
     from .listener import Listener
-    from .panel_page import serve
     with Listener('panel') as listener:
+        from .panel_page import serve  # its libraries would drop the exception of Ctrl-C
         serve(listener, args)
     return 0

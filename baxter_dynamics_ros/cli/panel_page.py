@@ -1,7 +1,9 @@
 """The page of the panel: 3D view, sentences, buttons and charts, shared by all viewers."""
 
 import argparse
+import asyncio
 from collections import deque
+import errno
 from html import escape
 import math
 from typing import Any
@@ -18,7 +20,7 @@ from .listener import Listener
 from .monitor import Monitor, MonitoredPredictor
 from .panel_views import Charts, force_of, Scene
 from .terminal import say
-from ..model import JOINTS
+from ..model import BaxterDynamicsError, JOINTS
 from ..nodes import topics
 
 try:
@@ -36,7 +38,8 @@ def serve(listener: Listener, args: argparse.Namespace) -> None:
     """Serve the page until Ctrl-C."""
     monitor = Monitor(listener, args.node, args.topic, args.arm)
     rich.get_console().quiet = True  # viser prints a banner
-    server = viser.ViserServer(args.host, args.port, 'baxter_dynamics', verbose=False)
+    server = viser.ViserServer(
+        args.host, _free_port(args.host, args.port), 'baxter_dynamics', verbose=False)
     host = f'[{args.host}]' if ':' in args.host else args.host
     say(f'panel: http://{host}:{server.get_port()}')
     try:
@@ -45,6 +48,23 @@ def serve(listener: Listener, args: argparse.Namespace) -> None:
             page.update(monitor, now, is_slow=k % _SLOWER == 0)
     finally:
         server.stop()
+
+
+def _free_port(host: str, first: int) -> int:
+    """Return the first free port of an address, without which the server would wait forever."""
+    async def listen(port: int) -> None:
+        loop = asyncio.get_running_loop()
+        (await loop.create_server(asyncio.Protocol, [host], port)).close()
+
+    for port in range(first, 2 ** 16):
+        try:
+            asyncio.run(listen(port))
+            return port
+        except (OSError, UnicodeError) as error:
+            reason = error
+            if getattr(error, 'errno', None) not in (errno.EADDRINUSE, errno.EACCES):
+                break
+    raise BaxterDynamicsError(f'cannot listen on address {host!r}, port {port}: {reason}')
 
 
 class Page:
@@ -102,24 +122,28 @@ class Buttons:
         self._answer = gui.add_html('')
         self._predictor = ''
         self._clients: dict[str, Any] = {}  # of the predictor, by button
-        self._call: Any = None  # the task of the last one
+        self._calling = ''  # the button of the call in progress
+        self._call: Any = None  # its task
         self._goal: Any = None  # of the calibration
 
     def update(self, predictor: str) -> None:
         """Show what a predictor offers now, start what was pressed, process what has arrived."""
         if predictor != self._predictor:
             self._predictor, self._clients = predictor, self._clients_of(predictor)
-        offered = ('Cancel',) if self._goal is not None else tuple(
-            verb for verb, client in self._clients.items() if (
-                client.server_is_ready if verb == 'Calibrate' else client.service_is_ready)())
+        ready = tuple(verb for verb, client in self._clients.items() if (
+            client.server_is_ready if verb == 'Calibrate' else client.service_is_ready)())
+        if self._calling and self._calling not in ready:
+            self._call.cancel()
+            self._calling, self._goal = '', None
+            self._report('the predictor ended before it answered')
+        offered = ready if self._goal is None else ('Cancel',)
         self._group.visible = bool(offered)
         if offered and offered != self._group.options:
             self._group.options = offered
         if self._pressed and (verb := self._pressed.popleft()) in offered:
             self._start(verb)
-        if self._call is not None and not self._call.done():
-            for _ in range(20):
-                self._executor.spin_once(timeout_sec=0.0)
+        for _ in range(20 if self._calling else 0):
+            self._executor.spin_once(timeout_sec=0.0)
 
     def _clients_of(self, predictor: str) -> dict[str, Any]:
         create = self._node.create_client
@@ -132,26 +156,29 @@ class Buttons:
     def _start(self, verb: str) -> None:
         if verb == 'Cancel':
             self._goal.cancel_goal_async()
-        elif self._call is None or self._call.done():  # one at a time
-            self._call = self._executor.create_task(
-                self._calibrate if verb == 'Calibrate' else self._trigger, verb)
+        elif not self._calling:
+            self._calling = verb
+            self._call = self._executor.create_task(self._run, verb)
 
-    async def _trigger(self, verb: str) -> None:
+    async def _run(self, verb: str) -> None:
+        answer = await (self._calibrate if verb == 'Calibrate' else self._trigger)(verb)
+        self._calling, self._goal = '', None
+        self._report(answer)
+
+    async def _trigger(self, verb: str) -> str:
         self._report(f'{verb} …')
         answer = await self._clients[verb].call_async(Trigger.Request())
-        self._report(answer.message or 'done')
+        return answer.message or 'done'
 
-    async def _calibrate(self, verb: str) -> None:
+    async def _calibrate(self, verb: str) -> str:
         self._report('', 0.0)
         goal = await self._clients[verb].send_goal_async(
             Calibrate.Goal(duration=_CALIBRATION), self._on_feedback)
-        if goal.accepted:
-            self._goal = goal
-            answer = await goal.get_result_async()
-            self._goal = None
-            self._report(answer.result.message or 'done')
-        else:
-            self._report('the predictor refuses to calibrate now')
+        if not goal.accepted:
+            return 'the predictor refuses to calibrate now'
+        self._goal = goal
+        answer = await goal.get_result_async()
+        return answer.result.message or 'done'
 
     def _on_feedback(self, message: Any) -> None:
         feedback = message.feedback

@@ -1,5 +1,6 @@
 """The panel: its scales, the arrow of a force, and the page in a real browser."""
 
+from contextlib import suppress
 import os
 import re
 import shutil
@@ -14,7 +15,9 @@ from baxter_dynamics_ros.model.lagrange_euler import transform
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 import numpy as np
 import pytest
+import rclpy
 from std_msgs.msg import Header
+from std_srvs.srv import Trigger
 
 Q = np.array([0.3, -0.6, 0.1, 1.4, 0.2, 0.8, 0.4])  # [rad]
 FORCE = np.array([0.0, 4.0, -18.0])  # axes of the base [N]
@@ -113,6 +116,42 @@ def test_draws_capsules_along_the_links_without_meshes(monkeypatch, panel_views)
             assert np.isclose(distances, 0.05, atol=1e-6).sum() > 100 and distances.min() > 0.049
     np.testing.assert_allclose(end, arm.forward_kinematics(Q)[:3, 3], atol=1e-12)
     server.stop()
+
+
+def test_refuses_an_address_of_no_machine(domain, command):
+    assert command('panel', '--host', '300.1.1.1') == (
+        1, '', "baxter_dynamics panel: cannot listen on address '300.1.1.1', port 8080: "
+        '[Errno -2] Name or service not known\n')
+
+
+def test_ctrl_c_while_libraries_load_ends_the_panel(domain, command, monkeypatch):
+    class Loading:
+
+        @property
+        def serve(self):
+            with suppress(BaseException):  # as trimesh does while it loads
+                signal.raise_signal(signal.SIGINT)
+            return lambda listener, args: listener.wait(lambda: False, 5.0)
+    monkeypatch.setitem(sys.modules, 'baxter_dynamics_ros.cli.panel_page', Loading())
+    assert command('panel') == (130, '', '')
+
+
+def test_buttons_return_when_the_predictor_ends_during_a_call(domain):
+    from baxter_dynamics_ros.cli.listener import Listener
+    from baxter_dynamics_ros.cli.panel_page import Buttons
+    with Listener('panel') as listener:
+        predictor = rclpy.create_node('predictor')  # does not answer
+        predictor.create_service(Trigger, 'predictor/zero', lambda request, answer: answer)
+        buttons = Buttons(MagicMock(), listener.node)
+
+        def updated(condition):
+            return listener.wait(lambda: buttons.update('/predictor') or condition(), 30.0)
+        assert updated(lambda: buttons._group.options == ('Zero',))
+        buttons._pressed.append('Zero')
+        assert updated(lambda: 'Zero …' in buttons._answer.content)
+        predictor.destroy_node()
+        assert updated(lambda: 'The predictor ended' in buttons._answer.content)
+        assert not buttons._calling and not buttons._group.visible
 
 
 @pytest.mark.timeout(300)  # two pages and three nodes on a busy machine
