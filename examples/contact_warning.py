@@ -10,7 +10,8 @@ Run: python examples/contact_warning.py
 """
 
 from argparse import ArgumentParser
-from math import inf
+from functools import partial
+from math import inf, nan
 import signal
 from time import monotonic
 
@@ -35,8 +36,7 @@ class ContactWarning(Node):
         for topic, values in (('external_effort', self.external),
                               ('effort_residual', self.residual)):
             self.create_subscription(
-                JointState, f'/torque_predictor/{topic}', lambda message, values=values:
-                values.update(zip((name[-2:] for name in message.name), message.effort)), 10)
+                JointState, f'/torque_predictor/{topic}', partial(keep, values), 10)
         self.create_subscription(Bool, '/torque_predictor/contact', self.on_contact, 10)
         self.create_timer(SILENCE, self.watch)
 
@@ -58,10 +58,15 @@ class ContactWarning(Node):
         elif self.began:
             ratio = {joint: abs(torque) / MODEL_ERROR[joint]
                      for joint, torque in self.external.items()}
+            joints = [joint for joint in ratio if ratio[joint] >= min(1.0, max(ratio.values()))]
             print(f'contact for {monotonic() - self.began:.1f} s [N m]:', ', '.join(
                 f'{joint} external {self.external[joint]:+.1f} '
-                f'residual {self.residual.get(joint, 0.0):+.1f}'
-                for joint in ratio if ratio[joint] >= min(1.0, max(ratio.values()))), flush=True)
+                f'residual {self.residual.get(joint, nan):+.1f}' for joint in joints), flush=True)
+
+
+def keep(torques: dict, message: JointState) -> None:
+    """Keep the newest torque of each joint, 's0' to 'w2' [N m]."""
+    torques.update(zip((name[-2:] for name in message.name), message.effort))
 
 
 def main() -> None:

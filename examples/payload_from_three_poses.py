@@ -52,8 +52,9 @@ class Rests(Node):
             self.rest.append(self.last[-1])
         elif len(self.rest) > 10:
             mean, self.rest = np.mean(self.rest, axis=0), []
-            same = bool(self.rests) and np.abs(mean - self.rests[-1])[0].max() < 0.2  # posture
-            self.rests[len(self.rests) - same:] = [mean]
+            if self.rests and np.abs(mean - self.rests[-1])[0].max() < 0.2:  # the same posture
+                self.rests.pop()
+            self.rests.append(mean)
 
 
 def main() -> None:
