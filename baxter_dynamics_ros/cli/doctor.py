@@ -113,7 +113,7 @@ def _connections(subscriber: Subscriber, topic: str, states: list[JointState],
         yield Check('message', True, f'{len(names)} joints, {names[0]} ... {names[-1]}' if names
                     else 'without joints')
     elif not problems:
-        raise Ros1Error('message', f'nothing arrives on {topic}', 'is the publisher stopped?')
+        raise Ros1Error('stream', f'nothing arrives on {topic}', 'is the publisher stopped?')
 
 
 def _stream(subscriber: Subscriber, topic: str) -> Iterator[Check]:

@@ -218,7 +218,7 @@ class Subscriber:
                     self.malformed += 1
                 connection.fail('stream', f'malformed message on {connection.topic} ({error})',
                                 'reconnecting; restart the publisher if this persists')
-            except OSError as error:
+            except Exception as error:  # OSError, or any of on_message
                 connection.fail('stream', f'the connection ended ({error})',
                                 'reconnecting; is the publisher running?')
             connection.stream = None

@@ -14,24 +14,20 @@ from sensor_msgs.msg import JointState
 
 parser = argparse.ArgumentParser()
 parser.add_argument('--name', default='robot')
-parser.add_argument('--topic', default='/robot/joint_states')
 parser.add_argument('--rate', type=float, default=100.0)
 parser.add_argument('--count', type=int, default=10 ** 9)
 parser.add_argument('--joints', default='')
 parser.add_argument('--begin', type=int, default=0, help='stamp of the first message [ns]; 0: now')
 parser.add_argument('--behind', type=float, default=0.0, help="the robot's clock, behind ours [s]")
 parser.add_argument('--subscribers', type=int, default=1)
-parser.add_argument('--play')
+parser.add_argument('--play', type=argparse.FileType(), default=())
 options = parser.parse_args(rospy.myargv()[1:])
 
 rospy.init_node(options.name, disable_signals=True)
-publisher = rospy.Publisher(options.topic, JointState, queue_size=10000, tcp_nodelay=True)
+publisher = rospy.Publisher('/robot/joint_states', JointState, queue_size=10000,
+                            tcp_nodelay=True)
 names = options.joints.split()
-rows = None
-if options.play:
-    with open(options.play) as file:
-        rows = [json.loads(line) for line in file]
-    options.count = len(rows)
+rows = [json.loads(line) for line in options.play]
 
 
 def message(k):
@@ -52,7 +48,7 @@ print('ready', flush=True)
 while publisher.get_num_connections() < options.subscribers:
     time.sleep(0.01)
 begin = time.monotonic()
-for k in range(options.count):
+for k in range(len(rows) or options.count):
     wait = begin + k / options.rate - time.monotonic()
     if wait > 0.0:
         time.sleep(wait)
