@@ -116,7 +116,7 @@ def _files_of(folder: Path) -> list[Path]:
 
 
 def _without_metadata(folder: Path) -> str:
-    """Return what a folder without metadata lacks; raise BagError if a file in it is damaged."""
+    """Return why a folder without metadata is refused; raise BagError if a file is damaged."""
     files = sorted(file for file in folder.iterdir() if file.suffix in _KINDS and file.is_file())
     plain = [file for file in files if file.suffix in ('.mcap', '.db3')]
     for file in plain:

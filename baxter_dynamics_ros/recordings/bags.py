@@ -104,7 +104,7 @@ class BagRecording(Recording):
                    if channel.topic == topic and channel.is_readable)
 
     def _joints(self, topic: str, arm: 'str | None', prefix: str) -> set[str]:
-        """Return joints on a topic: of the first messages, and until there are an arm's."""
+        """Return the joints in a topic's first messages, and in more until an arm is found."""
         names: set[str] = set()
         for i, state in enumerate(self._play(topic)):
             names.update(state.names)

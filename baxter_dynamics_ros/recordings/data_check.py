@@ -14,7 +14,7 @@ from ..model import Array, Bools, EffortModel, JOINTS, N_JOINTS, S1
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 
-_ROWS = 8000  # maximum of samples that are compared, evenly spaced
+_ROWS = 8000  # maximum number of samples compared, evenly spaced
 _SHORTEST = 5.0  # duration below which nothing is checked [s]
 _KNOWN = 0.25  # maximum standard deviation of a gain that is checked
 _ACCELERATES = 0.3  # standard deviation of an acceleration that is not just noise [rad/s^2]
