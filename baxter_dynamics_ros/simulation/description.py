@@ -75,7 +75,8 @@ class Description:
         names = {element.get('name') for element in gripper}
         self.carried = [joint for joint in self.carried if joint not in gripper]
         self.root[:] = [element for element in self.root if element not in gripper
-                        and element.get('reference', '') not in names]
+                        and element.get('reference', '') not in names  # <gazebo>
+                        and not names & {each.get('name') for each in element.findall('joint')}]
 
 
 def find_description() -> Path:

@@ -49,6 +49,8 @@ def test_mujoco_on_the_urdf(described, random_states):
     mujoco = pytest.importorskip('mujoco', reason='needs MuJoCo: pip install mujoco')
     settings, text = described
     root = ET.fromstring(text)
+    assert {joint.get('name') for joint in root.findall('joint')}.issuperset(
+        joint.get('name') for joint in root.findall('transmission/joint'))
     for link in root.findall('link'):  # the meshes are not installed
         for shape in link.findall('visual') + link.findall('collision'):
             link.remove(shape)
