@@ -11,7 +11,7 @@ from ..model.base_parameters import TILTED_NAMES
 FRAMES = (
     "Body frame k has the axis of joint k as its z axis and the origin of the paper's (Denavit-"
     'Hartenberg) frame {k-1}, and turns with link k. Inertial parameters are base parameters: a '
-    'mass on the axis of a joint is counted to the link before it. In this order they are the '
+    'mass on the axis of a joint is assigned to the link before it. In this order they are the '
     "regressor's columns.")
 # Pattern of a parameter's name, unit, meaning; the first that matches.
 _MEANINGS = (
@@ -28,7 +28,7 @@ _MEANINGS = (
 )
 _TABLE_HEAD = (
     'The {count} base parameters phi: the combinations of the 70 inertial parameters of seven '
-    'links that torques determine, tau = Y(q, qd, qdd) phi.', FRAMES,
+    'links that the torques depend on, tau = Y(q, qd, qdd) phi.', FRAMES,
     'XXk, XYk, HXk, ...: sums of m x x, m x y, m x of link k alone about the origin of body frame '
     'k; link 7 with the payload. Mk: mass of links k to 7. a, d: Denavit-Hartenberg lengths.')
 # Element of a base parameter -> its meaning in the table.

@@ -166,10 +166,10 @@ class Formulation:
         Return d tau/dq and d tau/dqd.
 
         The latter is 2 C, as eq. (7) is quadratic. For the former let q_k change in body frame
-        k: the twist changes by dxi_k/dt, A_k by A_k xi_k - xi_k A_k, and the wrench that link k
-        and all beyond it need from link k - 1 turns with it. Inward of k only that wrench is
-        felt; beyond it, row i feels A's change on P_i, and twice dxi_k/dt on how H_i moves
-        relative to link k.
+        k: the twist changes by dxi_k/dt, A_k by A_k xi_k - xi_k A_k, and the wrench that link
+        k - 1 exerts on link k turns with it. Rows i <= k depend on q_k by that wrench alone; rows
+        i > k by the change of A on P_i, and by twice dxi_k/dt on the motion of H_i relative to
+        link k.
         """
         result = _square()
         twists = self._velocities(qd)

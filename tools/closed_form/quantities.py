@@ -95,7 +95,7 @@ class Arm(Formulation):
         # theta = q, except for theta_2 = q_2 + pi/2.
         sine, cosine = list(sine), list(cosine)
         sine[1], cosine[1] = cosine[1], -sine[1]
-        # Of link 1 only xx + yy is felt, here as xx.
+        # Of link 1 only xx + yy matters; it is passed as xx.
         links = [PseudoInertia(xx=parameters['izz1'], hx=parameters['hx1'], hy=parameters['hy1'])]
         for k in range(2, N + 1):
             links.append(PseudoInertia(**{element: parameters[f'{element}{k}'] for element in

@@ -16,8 +16,8 @@ $fields
 extern const baxter_dynamics_parameters baxter_dynamics_default;
 
 /*
- * Each function is there for one state, and as ..._batch for n states, one after the other: joint
- * k of state i is q[7 * i + k], and its results begin at i times the size of one result.
+ * Each function takes one state, and with the suffix _batch n states, one after the other: joint k
+ * of state i is q[7 * i + k], and its results begin at i times the size of one result.
  * Matrices are stored row by row. Results must not overlap arguments. All functions are reentrant.
  */
 
