@@ -1,4 +1,4 @@
-"""What the benchmarks of nodes share: a domain of their own, waiting, costs of a process."""
+"""Shared by the benchmarks of nodes: ROS domain, waiting, costs of a process."""
 
 from collections.abc import Callable
 import os
@@ -10,7 +10,7 @@ from rclpy.node import Node
 
 
 def isolate(domain: int) -> None:
-    """Let nodes of this machine alone find each other, in a domain unless one is set."""
+    """Restrict discovery to this machine and, unless one is set, to a domain."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.setdefault('ROS_DOMAIN_ID', str(domain))
 
