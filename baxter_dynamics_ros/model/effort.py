@@ -89,22 +89,20 @@ class EffortModel(Group, prefix='effort_model.'):
     def __post_init__(self) -> None:
         """Validate each value, and values together."""
         super().__post_init__()
-        self._require('spring_range', self.spring_range[0] < self.spring_range[1], 'lower < upper')
-        self._require('crosstalk', not self.crosstalk.diagonal().any()
-                      and np.abs(self.crosstalk).sum(axis=1).max() < 1.0,
-                      'a zero diagonal, and rows whose absolute values sum to less than 1')
-
-    def _require(self, name: str, condition: bool, expected: str) -> None:
-        if not condition:
-            raise ArgumentError(f'effort_model.{name}',
-                                f'expected {expected}, got {getattr(self, name).tolist()}')
+        if self.spring_range[0] >= self.spring_range[1]:
+            raise ArgumentError('effort_model.spring_range',
+                                f'expected lower < upper, got {self.spring_range.tolist()}')
+        if (self.crosstalk.diagonal().any()
+                or np.abs(self.crosstalk).sum(axis=1).max() >= 1.0):
+            raise ArgumentError(
+                'effort_model.crosstalk', 'expected a zero diagonal, and rows whose absolute '
+                f'values sum to less than 1, got {self.crosstalk.tolist()}')
 
     @classmethod
     def rigid(cls) -> 'EffortModel':
         """Return the model of a simulator: effort = tau."""
-        none = np.zeros(N_JOINTS)
         return cls(spring_coefficients=np.zeros(5), crosstalk=np.zeros((N_JOINTS, N_JOINTS)),
-                   deviation=none, deviation_velocity=none, deviation_acceleration=none)
+                   deviation=_ZEROS, deviation_velocity=_ZEROS, deviation_acceleration=_ZEROS)
 
     @cached_property
     def has_spring(self) -> bool:

@@ -145,10 +145,7 @@ def link_parameters(mass: ArrayLike, center_of_mass: ArrayLike,
 
 def paper_parameters(corrections: Collection[str] = CORRECTIONS) -> ArmParameters:
     """Return the parameters of Tables II to IV, with the given corrections (default: all)."""
-    corrected = LinkSettings().arm_parameters()
-    if set(corrections) == CORRECTIONS:
-        return corrected
-    return replace(corrected, corrections=corrections)
+    return replace(LinkSettings().arm_parameters(), corrections=corrections)
 
 
 def inertia_tensor(elements: Array) -> Array:
