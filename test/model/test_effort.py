@@ -7,8 +7,7 @@ from baxter_dynamics_ros.model import EffortModel, joint_names, JOINTS, Preslidi
 import numpy as np
 import pytest
 
-OTHERS = [i for i in range(7) if i != S1]
-UNCOUPLED = [i for i in OTHERS if i != JOINTS.index('e1')]
+UNCOUPLED = [i for i, joint in enumerate(JOINTS) if joint not in ('s1', 'e1')]
 LOWER, UPPER = -1.9, 1.0  # range of s1 in the spring's recordings [rad]
 
 
@@ -45,8 +44,7 @@ def test_deviation_is_the_norm_of_its_parts(random_states):
     at_rest, velocity, acceleration = np.arange(1.0, 22.0).reshape(3, 7)
     model = EffortModel(deviation=at_rest, deviation_velocity=velocity,
                         deviation_acceleration=acceleration)
-    expected = [[np.hypot(np.hypot(at_rest[i], velocity[i] * qd[k, i]),
-                          acceleration[i] * qdd[k, i]) for i in range(7)] for k in range(20)]
+    expected = np.hypot(np.hypot(at_rest, velocity * qd), acceleration * qdd)
     np.testing.assert_allclose(model.deviation_at(qd, qdd), expected, rtol=1e-14)
 
 

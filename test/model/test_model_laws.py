@@ -2,14 +2,8 @@
 
 from baxter_dynamics_ros.model import lagrange_euler
 import numpy as np
-import pytest
 
 STEP = 3e-4  # of the fourth-order differences: truncation and rounding are both near 1e-11
-
-
-@pytest.fixture
-def states(random_states):
-    return random_states(300)
 
 
 def test_mass_matrix_is_symmetric_and_positive_definite(arm, random_states):
@@ -18,9 +12,9 @@ def test_mass_matrix_is_symmetric_and_positive_definite(arm, random_states):
     assert np.linalg.eigvalsh(mass).min() > 1e-4  # kg m^2; least found: 5e-4
 
 
-def test_mass_matrix_gives_the_kinetic_energy_of_the_bodies(arm, states):
+def test_mass_matrix_gives_the_kinetic_energy_of_the_bodies(arm, random_states):
     # K = sum m v.v / 2 + w.I w / 2 over links and payload, velocities by differences of eq. (2).
-    q, qd, _ = states
+    q, qd, _ = random_states(300)
     kinetic = 0.0
     for frame, mass, center, inertia in _bodies(arm):
         motion = _derivative(lambda t: frame(q + t * qd))
@@ -33,15 +27,15 @@ def test_mass_matrix_gives_the_kinetic_energy_of_the_bodies(arm, states):
     np.testing.assert_allclose(_kinetic_energy(arm, q, qd), kinetic, rtol=0.0, atol=1e-9)
 
 
-def test_mass_rate_minus_twice_coriolis_is_skew(arm, states):
-    q, qd, _ = states
+def test_mass_rate_minus_twice_coriolis_is_skew(arm, random_states):
+    q, qd, _ = random_states(300)
     mass_rate = _derivative(lambda t: arm.mass_matrix(q + t * qd))
     difference = mass_rate - 2 * arm.coriolis_matrix(q, qd)
     np.testing.assert_allclose(difference, -difference.swapaxes(-1, -2), rtol=0.0, atol=1e-9)
 
 
-def test_gravity_is_the_gradient_of_potential_energy(arm, states):
-    q, _, _ = states
+def test_gravity_is_the_gradient_of_potential_energy(arm, random_states):
+    q, _, _ = random_states(300)
     gradient = np.stack([_derivative(lambda t: _potential_energy(arm, q + t * unit))
                          for unit in np.eye(7)], axis=-1)
     np.testing.assert_allclose(arm.gravity(q), gradient, rtol=0.0, atol=1e-9)
