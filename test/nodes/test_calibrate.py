@@ -23,6 +23,7 @@ pytest.importorskip('scipy', reason='calibration needs SciPy')
 pytest.importorskip('yaml', reason='parameter files need PyYAML')
 
 LEFT = ('-p', 'arm:=left')
+pytestmark = pytest.mark.timeout(400)  # a busy machine leaves little to the fit
 BEGIN = 1_700_000_000_000_000_000  # [ns]
 
 
@@ -57,7 +58,7 @@ def calibrate(robot):
         future = handle.get_result_async()
 
         def result():
-            robot.until(future.done, 240.0)  # a busy machine leaves little to the fit
+            robot.until(future.done, 240.0)
             return future.result().status, future.result().result
         return SimpleNamespace(feedback=feedback, result=result, done=future.done,
                                cancel=handle.cancel_goal_async)
@@ -141,7 +142,6 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     assert robot.configure({'effort_model.enabled': True, 'payload.mass': 0.0}).successful
 
 
-@pytest.mark.timeout(400)
 def test_a_recording_calibrates_the_node_for_another(
         robot, start_predictor, calibrate, tracking, tmp_path):
     start_predictor(*LEFT)
