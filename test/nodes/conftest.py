@@ -1,8 +1,9 @@
 """Fixtures of the node tests: real processes, real DDS, in a domain of their own."""
 
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 import json
 import os
+import socket
 import subprocess
 import sys
 
@@ -35,9 +36,16 @@ for arguments in json.load(sys.stdin):
 
 @pytest.fixture(scope='session')
 def domain():
-    """Keep this run's DDS traffic to itself, in this process and in its children."""
-    os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+    """Use a ROS domain, here and in child processes, that no other run on this machine uses."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    with socket.socket(socket.AF_UNIX) as claim:
+        for k in range(100):
+            number = 1 + (os.getpid() + k) % 100
+            with suppress(OSError):  # claimed by another run
+                claim.bind(f'\0baxter_dynamics_ros_domain_{number}')
+                break
+        os.environ['ROS_DOMAIN_ID'] = str(number)
+        yield
 
 
 @pytest.fixture(scope='module')

@@ -60,7 +60,7 @@ def processes(*arguments, environment):
 @pytest.fixture(scope='module')
 def finding_a_payload(domain):
     """Start the example about a payload, which takes its time, in a domain of its own."""
-    environment = {**os.environ, 'ROS_DOMAIN_ID': str(101 + os.getpid() % 100)}
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + int(os.environ['ROS_DOMAIN_ID']))}
     with ExitStack() as stack:
         for each in (*processes('trajectory:=poses', f'payload.mass:={LOAD[0]}',
                                 f'payload.center_of_mass:={LOAD[1:].tolist()}',
