@@ -100,15 +100,9 @@ def refusals(domain):
 
 
 @pytest.fixture
-def start_predictor(robot):
-    """Return a function that returns a predictor that listens and knows no joint state yet."""
-    return robot.start_predictor
-
-
-@pytest.fixture
-def predictor(start_predictor):
+def predictor(robot):
     """Start the predictor with its default settings."""
-    return start_predictor()
+    return robot.start_predictor()
 
 
 @pytest.fixture

@@ -76,8 +76,8 @@ def live_residual(robot, rows, start):
     return np.array([message.effort for message in robot.residual])
 
 
-def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
-    start_predictor(*LEFT)
+def test_a_fit_can_be_cancelled(robot, calibrate, tracking):
+    robot.start_predictor(*LEFT)
     before = robot.parameters()
     rows = tracking(0, 900, 2100)
     robot.stream(rows[:50], start=BEGIN, side='left')
@@ -93,8 +93,8 @@ def test_a_fit_can_be_cancelled(robot, start_predictor, calibrate, tracking):
 
 
 def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
-        robot, start_predictor, calibrate, tracking):
-    start_predictor(*LEFT)
+        robot, calibrate, tracking):
+    robot.start_predictor(*LEFT)
     before = robot.parameters()
     rows = tracking(0, 900, 1500)
     robot.spin(1.2)  # until the states of another test are too old
@@ -128,7 +128,6 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     goal = calibrate(duration=10.0)
     robot.stream(still[50:], BEGIN + 20_500_000_000, 'left')
     status, result = goal.result()
-    print(result.message)
     assert status == GoalStatus.STATUS_ABORTED and not result.success
     assert robot.parameters() == before
 
@@ -142,9 +141,8 @@ def test_goals_are_refused_with_the_reason_and_a_cancelled_one_changes_nothing(
     assert robot.configure({'effort_model.enabled': True, 'payload.mass': 0.0}).successful
 
 
-def test_a_recording_calibrates_the_node_for_another(
-        robot, start_predictor, calibrate, tracking, tmp_path):
-    start_predictor(*LEFT)
+def test_a_recording_calibrates_the_node_for_another(robot, calibrate, tracking, tmp_path):
+    robot.start_predictor(*LEFT)
     other = tracking(6, 1000, 1300)
     before = live_residual(robot, other, BEGIN)
 
@@ -170,7 +168,7 @@ def test_a_recording_calibrates_the_node_for_another(
 
     set_now = robot.parameters()
     assert result.file == str(file)
-    start_predictor('--params-file', str(file))
+    robot.start_predictor('--params-file', str(file))
     for value, wanted in zip(robot.parameters().values(), set_now.values()):
         np.testing.assert_array_equal(value, wanted) if isinstance(wanted, str) else (
             np.testing.assert_allclose(value, wanted, rtol=1e-6, atol=1e-9))

@@ -58,9 +58,8 @@ def test_the_wrench_is_withheld_with_a_straight_elbow(robot, predictor):
         assert all(np.isfinite(float(keys[f'{joint} {name} [N m]'])) for joint in JOINTS)
 
 
-def test_wrench_in_random_poses_is_that_of_the_manufacturers_description(
-        robot, start_predictor, hand, rng):
-    start_predictor('-p', 'arm:=left')
+def test_wrench_in_random_poses_is_that_of_the_manufacturers_description(robot, hand, rng):
+    robot.start_predictor('-p', 'arm:=left')
     wrenches = robot.listen(WrenchStamped, '/torque_predictor/external_wrench')
     model = PredictorSettings(arm='left').model
     for k in range(POSES):
@@ -81,10 +80,9 @@ def test_wrench_in_random_poses_is_that_of_the_manufacturers_description(
             [force.x, force.y, force.z, torque.x, torque.y, torque.z], wrench, atol=0.05)
 
 
-def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(
-        robot, start, start_predictor, stamps):
+def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(robot, start, stamps):
     start('fake_baxter', '-p', 'trajectory:=hold')
-    start_predictor('-p', 'wrench_frame:=base')
+    robot.start_predictor('-p', 'wrench_frame:=base')
 
     def push(force):
         return robot.configure({'force': force.tolist()}, 'fake_baxter')
@@ -120,9 +118,9 @@ def test_a_push_appears_in_effort_wrench_contact_and_diagnostics(
     robot.until(lambda: published <= set(stamps(external)))
 
 
-def test_a_payload_is_explained_and_published(robot, start, start_predictor, stamps):
+def test_a_payload_is_explained_and_published(robot, start, stamps):
     deviation = (0.5 * np.ones(7)).tolist()  # [N m]
-    start_predictor('-p', f'effort_model.deviation:={deviation}', *(
+    robot.start_predictor('-p', f'effort_model.deviation:={deviation}', *(
         text for of in ('velocity', 'acceleration')
         for text in ('-p', f'effort_model.deviation_{of}:={[0.0] * 7}')))
     deviations = robot.listen(JointState, '/torque_predictor/residual_deviation')

@@ -179,9 +179,9 @@ def test_a_second_publisher_is_reported(robot, predictor, motion, helper):
     assert_right([message for message in robot.residual if np.any(message.position)])
 
 
-def test_a_publisher_may_stop_die_and_come_back(robot, start, start_predictor, stamps):
+def test_a_publisher_may_stop_die_and_come_back(robot, start, stamps):
     pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
-    start_predictor('-p', 'payload.mass:=0.01')  # so that its counts are those of this test
+    robot.start_predictor('-p', 'payload.mass:=0.01')  # so that its counts are those of this test
     baxter = start('fake_baxter')
     robot.until(lambda: len(robot.residual) > 20)
 

@@ -48,8 +48,7 @@ def status(robot, name):
     return robot.report('joint_state_bridge')[name]
 
 
-def test_two_publishers_are_bridged_and_the_master_is_unchanged(
-        robot, bridge, ros1, stamps):
+def test_two_publishers_are_bridged_and_the_master_is_unchanged(robot, bridge, ros1, stamps):
     before = ros1.everything()
     process = bridge('clock:=robot', f'topics:=[{TOPIC}, {TOPIC}]')
     ros1.publish('--name', 'arms', '--joints', ARMS, '--count', 100, '--begin', BEGIN)
@@ -143,8 +142,7 @@ def test_messages_return_after_each_fault_with_shifted_stamps(robot, bridge, ros
     assert ros1.state()[1] == {}
 
 
-def test_recording_gives_the_offline_residual(
-        robot, bridge, start_predictor, ros1, recordings, tmp_path, stamps):
+def test_recording_gives_the_offline_residual(robot, bridge, ros1, recordings, tmp_path, stamps):
     with np.load(recordings / 'baxter_kitting.npz') as file:
         chosen = np.flatnonzero(file['recording'] == 0)[:600]
         names = [str(name) for name in file['names']]
@@ -159,7 +157,7 @@ def test_recording_gives_the_offline_residual(
     assert len(offline) > 100
 
     bridge('clock:=robot')
-    start_predictor()
+    robot.start_predictor()
     robot.spin(0.5)
     ros1.publish('--play', played, '--rate', 400)
     robot.until(lambda: len(robot.bridged) == len(rows))

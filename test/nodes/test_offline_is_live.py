@@ -87,8 +87,7 @@ def read(bag):
     return found
 
 
-def test_evaluate_saves_what_the_node_publishes(
-        robot, start_predictor, command, make_bag, messages, tmp_path):
+def test_evaluate_saves_what_the_node_publishes(robot, command, make_bag, messages, tmp_path):
     parameters = tmp_path / 'my_robot.yaml'
     write_parameters(parameters, PredictorSettings.from_parameters(CALIBRATION))
     code, _, err = command('evaluate', make_bag(messages), '--params', parameters, '--output',
@@ -102,7 +101,7 @@ def test_evaluate_saves_what_the_node_publishes(
 
     deviation = []
     robot.create_subscription(JointState, TOPICS[2], deviation.append, 1000)
-    start_predictor('--params-file', str(parameters))
+    robot.start_predictor('--params-file', str(parameters))
     for k in range(0, len(messages), CHUNK):
         for _, when, content in messages[k:k + CHUNK]:
             robot.send(*content)

@@ -147,11 +147,11 @@ def test_changes_apply_in_mid_stream(robot, predictor, stamps):
     restore(robot)
 
 
-def test_node_accepts_a_written_file(robot, start_predictor, all_changed, tmp_path):
+def test_node_accepts_a_written_file(robot, all_changed, tmp_path):
     files = pytest.importorskip('baxter_dynamics_ros.recordings.parameter_file')
     path = tmp_path / 'my robot.yaml'
     files.write_parameters(path, all_changed, ['Calibration', 'odd: {\nlines: [', ''])
-    process = start_predictor('--params-file', str(path), '-p', 'camera_frame:=wrist')
+    process = robot.start_predictor('--params-file', str(path), '-p', 'camera_frame:=wrist')
     wanted = PredictorSettings.from_parameters(files.read_parameters(path)).parameters()
     assert robot.parameters() == wanted
     assert f'predicting {all_changed.joint_prefix}left_s0' in process.output

@@ -17,9 +17,9 @@ QDD = np.array([1.0, -2.0, 0.5, 1.5, -3.0, 2.0, 4.0])
 
 
 @pytest.fixture
-def node(robot, start_predictor):
+def node(robot):
     """Return the test's own node beside a predictor that checks the fields of its messages."""
-    start_predictor(ROS_PYTHON_CHECK_FIELDS='1')
+    robot.start_predictor(ROS_PYTHON_CHECK_FIELDS='1')
     return robot
 
 

@@ -84,8 +84,8 @@ def test_zero_stamps_become_the_time_of_arrival(robot, predictor, external, sine
     assert int(values['unstamped']) > 0
 
 
-def test_simulated_time_pauses_and_restarts(robot, start_predictor, external, sine, stamps):
-    start_predictor('-p', 'use_sim_time:=true')
+def test_simulated_time_pauses_and_restarts(robot, external, sine, stamps):
+    robot.start_predictor('-p', 'use_sim_time:=true')
     clock = robot.create_publisher(Clock, '/clock', 10)
     t = np.arange(0.0, 2.0, 0.01)
     rows = rows_of(sine, np.arange(0.0, 20.0, 0.01))

@@ -14,9 +14,9 @@ CROSSTALK[3, 2] = -0.2
 
 
 @pytest.fixture
-def zero(robot, start_predictor, sine):
+def zero(robot, sine):
     """Return a function: answer to a request made while the arm moves with an effort."""
-    process = start_predictor('-p', f'effort_model.crosstalk:={CROSSTALK.ravel().tolist()}')
+    process = robot.start_predictor('-p', f'effort_model.crosstalk:={CROSSTALK.ravel().tolist()}')
     client = robot.create_client(Trigger, '/torque_predictor/zero')
     assert client.wait_for_service(30.0)
     truth = PredictorSettings.from_parameters({
