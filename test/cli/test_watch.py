@@ -126,6 +126,8 @@ def test_contact_is_shown_with_its_joints_and_duration(predictor):
     assert 'what 1 kg would cause' in shown(predictor, now)
     assert 'CONTACT for 2.3 s: s1, e0' in shown(predictor, now)
     assert 'CONTACT for 2.3 s: s1, e0; residual [N m] s0 +0.11' in line(predictor, now)
+    now = predictor.play(now + 9.0, 0.51, contact=True)  # begun at any time in the pause
+    assert 'CONTACT for over 0.5 s: ' in line(predictor, now)
 
 
 @pytest.mark.parametrize('value, text', [
