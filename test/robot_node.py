@@ -84,7 +84,7 @@ class Robot(Node):
     def start_predictor(self, *arguments, **environment) -> NodeProcess:
         """Return a running predictor: that of the test before, if it has the same arguments."""
         key = arguments, environment
-        if self._predictor is None or self._predictor.exit_code is not None or key != self._key:
+        if self._predictor is None or self._predictor.poll() is not None or key != self._key:
             self.end_predictor()
             self.diagnostics.clear()
             self._key = key

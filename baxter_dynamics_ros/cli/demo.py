@@ -81,10 +81,10 @@ def main(args: argparse.Namespace) -> int:
 def _await_prediction(listener: 'Listener', predicted: 'list[Received]',
                       processes: list[NodeProcess]) -> None:
     def ended() -> list[NodeProcess]:
-        return [process for process in processes if process.exit_code is not None]
+        return [process for process in processes if process.poll() is not None]
     listener.wait(lambda: predicted or ended(), _FIRST_PREDICTION)
     if not predicted:
-        reasons = [f'{each.executable} ended with exit code {each.exit_code}' for each in ended()]
+        reasons = [f'{each.executable} ended with exit code {each.poll()}' for each in ended()]
         raise _failure(ended() or processes, ' and '.join(reasons) or
                        f'no prediction within {_FIRST_PREDICTION:.0f} s')
 

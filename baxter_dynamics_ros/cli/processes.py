@@ -31,11 +31,6 @@ class NodeProcess(subprocess.Popen[str]):
         self._output.close()
 
     @property
-    def exit_code(self) -> int | None:
-        """Exit code; None while it runs."""
-        return self.poll()
-
-    @property
     def output(self) -> str:
         """Output so far, stdout and stderr."""
         self._output.seek(0)
@@ -43,7 +38,7 @@ class NodeProcess(subprocess.Popen[str]):
 
     def end(self, by: int = signal.SIGINT) -> int:
         """Send a signal, kill the process if it does not end, and return its exit code."""
-        if self.exit_code is None:
+        if self.poll() is None:
             self.send_signal(by)
             try:
                 self.wait(_GRACE)

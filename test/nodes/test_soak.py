@@ -111,4 +111,4 @@ def test_arbitrary_messages_are_all_counted(robot, predictor, stamps):
     for message in robot.predicted + robot.residual:
         assert np.isfinite([message.position, message.velocity, message.effort]).all()
     assert robot.call(Trigger, 'reset').success
-    assert predictor.exit_code is None and 'Traceback' not in predictor.output
+    assert predictor.poll() is None and 'Traceback' not in predictor.output
