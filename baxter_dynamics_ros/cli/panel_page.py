@@ -161,24 +161,22 @@ class Buttons:
             self._call = self._executor.create_task(self._run, verb)
 
     async def _run(self, verb: str) -> None:
-        answer = await (self._calibrate if verb == 'Calibrate' else self._trigger)(verb)
+        if verb == 'Calibrate':
+            text = await self._calibrate()
+        else:
+            self._report(f'{verb} …')
+            text = (await self._clients[verb].call_async(Trigger.Request())).message
         self._calling, self._goal = '', None
-        self._report(answer)
+        self._report(text or 'done')
 
-    async def _trigger(self, verb: str) -> str:
-        self._report(f'{verb} …')
-        answer = await self._clients[verb].call_async(Trigger.Request())
-        return answer.message or 'done'
-
-    async def _calibrate(self, verb: str) -> str:
+    async def _calibrate(self) -> str:
         self._report('', 0.0)
-        goal = await self._clients[verb].send_goal_async(
+        goal = await self._clients['Calibrate'].send_goal_async(
             Calibrate.Goal(duration=_CALIBRATION), self._on_feedback)
         if not goal.accepted:
             return 'the predictor refuses to calibrate now'
         self._goal = goal
-        answer = await goal.get_result_async()
-        return answer.result.message or 'done'
+        return str((await goal.get_result_async()).result.message)
 
     def _on_feedback(self, message: Any) -> None:
         feedback = message.feedback
