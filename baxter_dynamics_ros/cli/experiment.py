@@ -23,8 +23,9 @@ BAG, REPORT = 'bag', 'report'  # in the output folder
 
 START_UP = 3.0  # [s] not recorded, until the controller settles
 _SETTLING = 0.3  # [s] recorded before the periods, until the predictor settles
-# Whole periods, so that means are not biased; all take about a minute.
-_REPEATS = {'circle': 2, 'switch': 16, 'lift': 5}
+# About a minute in whole periods, so that means are not biased [s].
+DURATIONS = {name: _SETTLING + repeats * PERIODS[name]
+             for name, repeats in {'circle': 2, 'switch': 16, 'lift': 5}.items()}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,17 +51,12 @@ def main(args: argparse.Namespace) -> int:
                          force=None)
     robot = FakeBaxter(args.arm, args.trajectory, seed=args.seed)
     robot.advance(START_UP)
-    duration = args.duration or whole_periods(args.trajectory)
+    duration = args.duration or DURATIONS[args.trajectory]
     record_bag(folder / BAG, robot, duration, args.rate, args.seed)
     evaluation = parse(['evaluate', str(folder / BAG), '--output', str(folder / REPORT),
                         '--arm', args.arm])
     evaluation.command_line = args.command_line
     return int(evaluation.main(evaluation))
-
-
-def whole_periods(trajectory: str) -> float:
-    """Return the duration of a recording of whole periods of a trajectory [s]."""
-    return _SETTLING + _REPEATS[trajectory] * PERIODS[trajectory]
 
 
 def record_bag(path: Path, robot: FakeBaxter, duration: float, rate: float, seed: int) -> None:

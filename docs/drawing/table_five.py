@@ -7,7 +7,7 @@ from typing import Any, Iterator
 
 from baxter_dynamics_ros import JOINTS
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
-from baxter_dynamics_ros.cli.experiment import START_UP, TOPIC, whole_periods
+from baxter_dynamics_ros.cli.experiment import DURATIONS, START_UP, TOPIC
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator
@@ -34,7 +34,7 @@ class Recording:
         duration = DURATION + _REST
         if trajectory in SETS:
             robot.advance(START_UP)
-            duration = whole_periods(trajectory)
+            duration = DURATIONS[trajectory]
         self._states = list(record(robot, duration, RATE))
 
     def __iter__(self) -> Iterator[tuple[Any, ...]]:
