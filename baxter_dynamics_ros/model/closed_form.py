@@ -73,9 +73,8 @@ def functions(engine: str, values: tuple[float, ...], theta_offset: Array) -> di
     ``values`` are those of :func:`parameter_values`, ``theta_offset`` is theta - q (7,) of eq. (2)
     [rad].
     """
-    make: Callable[..., Function] = _python_function
-    if engine == COMPILED:
-        make = import_module('._compiled', __package__).function
+    make: Callable[..., Function] = (import_module('._compiled', __package__).function
+                                     if engine == COMPILED else _python_function)
     shift = theta_offset - THETA_OFFSET  # the generated functions have theta_2 = q_2 + pi/2
     result = {}
     for name, (vectors, outputs) in _closed_form.FUNCTIONS.items():

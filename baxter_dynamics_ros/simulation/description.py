@@ -19,7 +19,7 @@ class DescriptionError(BaxterDynamicsError):
 
 class Description:
     """
-    A robot's URDF without the gripper of one arm: what moves beyond the hand, or is named so.
+    A robot's URDF without the gripper of one arm: joints that move or are named so, and beyond.
 
     By default the file is that of PyPI's ``hpp-baxter``. Raises DescriptionError if it cannot be
     read, lacks one of the arm's joints, or has joints that form a loop.
@@ -45,10 +45,9 @@ class Description:
                 if link is None:
                     raise DescriptionError(f'{path}: joint {joint.get("name")} has no {end} link')
                 found[joint] = link
-        for joint in joints.values():
-            self.above(joint)  # raises if joints form a loop
         self.joints = [joints[name] for name in joint_names(side)]
-        self.carried = self._beyond(self.joints[0])  # s0 and all joints beyond it
+        self.carried = [joint for joint in joints.values()  # s0 and all joints beyond it
+                        if self.joints[0] in [*self.above(joint), joint]]
         self._remove_gripper()
 
     def above(self, joint: ET.Element) -> list[ET.Element]:
@@ -62,16 +61,11 @@ class Description:
             chain = before + chain
         return chain[:-1]
 
-    def _beyond(self, joint: ET.Element) -> list[ET.Element]:
-        return [joint, *(further for other, link in self.parent.items()
-                         if link is self.child[joint] for further in self._beyond(other))]
-
     def _remove_gripper(self) -> None:
-        gripper: set[ET.Element] = set()
-        for joint in set(self.carried).difference(self.joints):
-            if joint.get('type') != 'fixed' or 'gripper' in self.child[joint].get('name', ''):
-                for beyond in self._beyond(joint):
-                    gripper |= {beyond, self.child[beyond]}
+        first = {joint for joint in set(self.carried).difference(self.joints)
+                 if joint.get('type') != 'fixed' or 'gripper' in self.child[joint].get('name', '')}
+        joints = [joint for joint in self.carried if first & {*self.above(joint), joint}]
+        gripper = {*joints, *(self.child[joint] for joint in joints)}
         names = {element.get('name') for element in gripper}
         self.carried = [joint for joint in self.carried if joint not in gripper]
         self.root[:] = [element for element in self.root if element not in gripper
