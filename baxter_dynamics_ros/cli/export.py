@@ -75,9 +75,8 @@ def _placed(texts: dict[str, str], output: str) -> tuple[Path, dict[str, str]]:
     folder = output_path('--output', path)
     for file in map(folder.joinpath, texts):
         is_exported = False
-        with suppress(OSError):
-            with file.open(encoding='utf-8', errors='replace') as text:
-                is_exported = MARK in text.read(4000)  # the mark is in the head
+        with suppress(OSError), file.open(encoding='utf-8', errors='replace') as text:
+            is_exported = MARK in text.read(4000)  # the mark is in the head
         if os.path.lexists(file) and not is_exported:
             raise BaxterDynamicsError(f'--output: {file} exists and was not written by an '
                                       'export; move it, or choose another name')
