@@ -164,8 +164,7 @@ def check_data(motions: list[Motion], settings: PredictorSettings) -> DataCheck:
         running.add(motion)
     check = running.result()
     assert check is not None  # they are long enough
-    reasons = [str(problem) for problem in check.problems if problem.refuses]
-    if reasons:
+    if reasons := [str(problem) for problem in check.problems if problem.refuses]:
         raise CalibrationError('; '.join(reasons))
     return check
 
