@@ -265,5 +265,4 @@ def test_the_numbers_and_their_units(arm):
     assert [name for name, _, _ in rows] == list(TILTED_NAMES)[:len(arm.base_parameters)]
     np.testing.assert_allclose([float(value) for _, value, _ in rows], arm.base_parameters,
                                rtol=1e-6)
-    for name, _, unit in rows:
-        assert unit == ('kg m' if name[0] == 'h' else 'kg m^2')
+    assert all(unit == ('kg m' if name[0] == 'h' else 'kg m^2') for name, _, unit in rows)

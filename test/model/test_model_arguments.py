@@ -33,6 +33,7 @@ INVALID = [
     (BaxterArm, {'mount': 'right'}, 'expected real numbers'),
     (BaxterArm, {'payload': 0.3}, 'expected Payload, got 0.3'),
     (BaxterArm, {'parameters': 0.3}, 'expected ArmParameters, got 0.3'),
+    (mount, {'side': 'top'}, "expected one of right, left, got 'top'"),
     (Payload, {'mass': -0.1}, r'expected .* \[0, 10\] kg, got -0.1'),
     (Payload, {'mass': 10.0000001}, r'expected .* \[0, 10\] kg, got 10\.0000001'),
     (Payload, {'center_of_mass': (0.0, 0.0, np.nan)}, 'expected finite values, got nan'),
@@ -54,17 +55,12 @@ def test_invalid_joint_vectors(value, expected):
 
 
 @pytest.mark.parametrize('kind, arguments, expected', INVALID)
-def test_invalid_arms_and_payloads(kind, arguments, expected):
+def test_invalid_arms_mounts_and_payloads(kind, arguments, expected):
     ((name, _),) = arguments.items()
     name = f'payload.{name}' if kind is Payload else name
     with pytest.raises(ArgumentError, match=f'^{name}: {expected}') as caught:
         kind(**arguments)
     assert caught.value.argument == name
-
-
-def test_invalid_side():
-    with pytest.raises(ValueError, match='side: expected one of right, left, got .top.'):
-        mount('top')
 
 
 def test_limiting_cases_of_payload_inertia():
