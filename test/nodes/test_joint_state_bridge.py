@@ -40,7 +40,8 @@ def bridge(robot, start, ros1):
         robot.until(lambda: TOPIC in ros1.state()[1])
         robot.report('joint_state_bridge')  # now it knows the test's subscriptions
         return process
-    return start_
+    yield start_
+    robot.forget()  # the end of the predictor waits for all subscriptions to end
 
 
 def status(robot, name):
@@ -158,7 +159,7 @@ def test_recording_gives_the_offline_residual(robot, bridge, ros1, recordings, t
 
     bridge('clock:=robot')
     robot.start_predictor()
-    robot.spin(0.5)
+    robot.report('joint_state_bridge')  # now it knows the predictor's subscription
     ros1.publish('--play', played, '--rate', 400)
     robot.until(lambda: len(robot.bridged) == len(rows))
     robot.until(lambda: len(robot.residual) == len(offline))
