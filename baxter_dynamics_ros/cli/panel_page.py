@@ -122,8 +122,7 @@ class Buttons:
         self._answer = gui.add_html('')
         self._predictor = ''
         self._clients: dict[str, Any] = {}  # of the predictor, by button
-        self._calling = ''  # the button of the call in progress
-        self._call: Any = None  # its task
+        self._call: Any = None  # task of the call in progress
         self._goal: Any = None  # of the calibration
 
     def update(self, predictor: str) -> None:
@@ -132,9 +131,9 @@ class Buttons:
             self._predictor, self._clients = predictor, self._clients_of(predictor)
         ready = tuple(verb for verb, client in self._clients.items() if (
             client.server_is_ready if verb == 'Calibrate' else client.service_is_ready)())
-        if self._calling and self._calling not in ready:
+        if self._call is not None and not ready:
             self._call.cancel()
-            self._calling, self._goal = '', None
+            self._call = self._goal = None
             self._report('the predictor ended before it answered')
         offered = ready if self._goal is None else ('Cancel',)
         self._group.visible = bool(offered)
@@ -142,7 +141,7 @@ class Buttons:
             self._group.options = offered
         if self._pressed and (verb := self._pressed.popleft()) in offered:
             self._start(verb)
-        for _ in range(20 if self._calling else 0):
+        for _ in range(20 if self._call is not None else 0):
             self._executor.spin_once(timeout_sec=0.0)
 
     def _clients_of(self, predictor: str) -> dict[str, Any]:
@@ -156,8 +155,7 @@ class Buttons:
     def _start(self, verb: str) -> None:
         if verb == 'Cancel':
             self._goal.cancel_goal_async()
-        elif not self._calling:
-            self._calling = verb
+        elif self._call is None:
             self._call = self._executor.create_task(self._run, verb)
 
     async def _run(self, verb: str) -> None:
@@ -166,7 +164,7 @@ class Buttons:
         else:
             self._report(f'{verb} …')
             text = (await self._clients[verb].call_async(Trigger.Request())).message
-        self._calling, self._goal = '', None
+        self._call = self._goal = None
         self._report(text or 'done')
 
     async def _calibrate(self) -> str:

@@ -151,7 +151,7 @@ def test_buttons_return_when_the_predictor_ends_during_a_call(domain):
         assert updated(lambda: 'Zero …' in buttons._answer.content)
         predictor.destroy_node()
         assert updated(lambda: 'The predictor ended' in buttons._answer.content)
-        assert not buttons._calling and not buttons._group.visible
+        assert buttons._call is None and not buttons._group.visible
 
 
 @pytest.mark.timeout(300)  # two pages and three nodes on a busy machine
