@@ -42,11 +42,9 @@ def progress(time: Array, q: Array) -> tuple[Array, str]:
     """
     Return the share of the required motion that was seen, (7,), and what is missing most.
 
-    Positions q are (n, 7) [rad], NaN where missing, at times (n,) [s]. They give speed and
-    acceleration too, because measured velocities have too much noise on some arms.
+    Positions q are (n, 7) [rad], at increasing times (n,) [s]. They give speed and acceleration
+    too, because measured velocities have too much noise on some arms.
     """
-    is_new = np.isfinite(q).all(1) & (np.diff(time, prepend=-np.inf) > 0.0)
-    time, q = time[is_new], q[is_new]
     shares = np.zeros((len(_REQUIRED), N_JOINTS))
     stride = max(round(_STEP / float(np.median(np.diff(time)))), 1) if len(time) > 1 else 1
     t, q = time[::stride], q[::stride]
