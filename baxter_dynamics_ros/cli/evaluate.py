@@ -8,11 +8,10 @@ report: report.html, its figures, summary.csv and summary.json.
 import argparse
 from contextlib import ExitStack
 from dataclasses import replace
-import os
 from pathlib import Path
 import shlex
 
-from .options import add_recordings, NODE, output_path, read_inputs
+from .options import add_recordings, NODE, output_path, read_inputs, resolved
 from .terminal import progress, say, show_table
 from ..model import BaxterDynamicsError, JOINTS
 from ..recordings.advice import assess, Assessment
@@ -35,8 +34,8 @@ def main(args: argparse.Namespace) -> int:
     from ..recordings.bags import new_bag, save_predictions
     from ..report.evaluation_report import write_evaluation
     folder = output_path('--output', args.output, (), args.force, [*args.bags, *args.params])
-    save_bag = Path(os.path.expanduser(args.save_bag)) if args.save_bag else None
-    if save_bag is not None and save_bag.resolve() == folder:
+    save_bag = resolved(args.save_bag) if args.save_bag else None
+    if save_bag == folder:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
     settings, recordings = read_inputs(args)
     if save_bag is not None and len(recordings) > 1:

@@ -53,8 +53,7 @@ def serve(listener: Listener, args: argparse.Namespace) -> None:
 def _free_port(host: str, first: int) -> int:
     """Return the first free port of an address, without which the server would wait forever."""
     async def listen(port: int) -> None:
-        loop = asyncio.get_running_loop()
-        (await loop.create_server(asyncio.Protocol, [host], port)).close()
+        (await asyncio.start_server(lambda *streams: None, [host], port)).close()
 
     for port in range(first, 2 ** 16):
         try:
@@ -178,7 +177,7 @@ class Buttons:
 
     def _on_feedback(self, message: Any) -> None:
         feedback = message.feedback
-        seen = ', '.join(f'{joint.rpartition("_")[2]} {100.0 * part:.0f} %'
+        seen = ', '.join(f'{joint.rpartition("_")[2]} {round(100.0 * part)} %'
                          for joint, part in zip(feedback.joint_names, feedback.seen))
         self._report(f'{feedback.advice}\nSeen: {seen}', min(feedback.elapsed / _CALIBRATION, 1.0))
 

@@ -54,9 +54,11 @@ REFUSALS = [  # arguments, reason
      'none.yaml: cannot be read (No such file or directory)'),
     ('evaluate run -o new --topic /none', 'run: no joint states in CDR or ROS 1 encoding on '
      '/none; it has /robot/joint_states (sensor_msgs/msg/JointState, cdr)'),
-    ('evaluate run -o new --save-bag run', 'run: exists; choose a new folder or remove it first'),
-    ('evaluate run -o new --save-bag none/new', 'none/new: no folder none'),
-    ('evaluate run -o new --save-bag ~no-user/new', '~no-user/new: no folder ~no-user'),
+    ('evaluate run -o new --save-bag run', '{here}/run: exists; choose a new folder or remove it '
+     'first'),
+    ('evaluate run -o new --save-bag none/new', '{here}/none/new: no folder {here}/none'),
+    ('evaluate run -o new --save-bag ~no-user/new',
+     '{here}/~no-user/new: no folder {here}/~no-user'),
     ('evaluate run -o new --save-bag new', '--save-bag: {here}/new is the folder of the report'),
     ('evaluate run left -o new --save-bag bag', '--save-bag: expected one recording, got 2'),
 ]
