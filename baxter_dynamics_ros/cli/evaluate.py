@@ -39,8 +39,7 @@ def main(args: argparse.Namespace) -> int:
         raise BaxterDynamicsError(f'--save-bag: {folder} is the folder of the report')
     settings, recordings = read_inputs(args)
     if save_bag is not None and len(recordings) > 1:
-        raise BaxterDynamicsError(
-            f'--save-bag: expected one recording, got {len(recordings)}')
+        raise BaxterDynamicsError(f'--save-bag: expected one recording, got {len(recordings)}')
     evaluator, evaluations = Evaluator(settings), []
     with ExitStack() as stack:
         writer = stack.enter_context(new_bag(save_bag)) if save_bag else None

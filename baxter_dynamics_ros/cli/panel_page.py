@@ -126,14 +126,15 @@ class Buttons:
 
     def update(self, predictor: str) -> None:
         """Show what a predictor offers now, start what was pressed, process what has arrived."""
-        if predictor != self._predictor:
+        is_other = predictor != self._predictor
+        if is_other:
             self._predictor, self._clients = predictor, self._clients_of(predictor)
         ready = tuple(verb for verb, client in self._clients.items() if (
             client.server_is_ready if verb == 'Calibrate' else client.service_is_ready)())
-        if self._call is not None and not ready:
+        if self._call is not None and (is_other or not ready):
             self._call.cancel()
             self._call = self._goal = None
-            self._report('the predictor ended before it answered')
+            self._report('no answer: the predictor ended or is no longer shown')
         offered = ready if self._goal is None else ('Cancel',)
         self._group.visible = bool(offered)
         if offered and offered != self._group.options:

@@ -1,4 +1,4 @@
-"""Exceptions raised by this package, and text from outside in messages."""
+"""Exceptions raised by this package, and escaping of text in messages."""
 
 
 class BaxterDynamicsError(Exception):

@@ -108,7 +108,7 @@ class CalibrateAction(WaitingRequest):
         from ..calibration.live import progress, write_input
         goal, reported = handle.request, 0.0
         self._kept = rows = list[Any]()
-        self._elapsed, self._positions, self._newest_ns = 0.0, [], 0
+        self._elapsed, self._positions, self._newest_ns = -GAP, [], 0  # 0.0 at the first state
         while self._elapsed < goal.duration:
             self._refuse_old_states()
             state = self._statistics.accepted.state

@@ -191,7 +191,7 @@ def new_bag(path: str | Path) -> Iterator[BagWriter]:
     """
     path = Path(path)
     _refuse_existing(path)
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise BagError(f'{path}: no folder {path.parent}')
     with staged(path.parent, path.name) as stage:
         with Writer(stage / path.name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:

@@ -31,11 +31,11 @@ class Source:
     def take(self, uri: str, state: JointState, arrival_ns: int) -> bool:
         """Count a message with its time of arrival [ns], and return whether it is new."""
         if self._last and uri == self._uri:  # otherwise the sequence numbers have restarted
-            if state == self._last:
+            if any(state[:2]) and state[:2] == self._last[:2]:  # number and stamp
                 self.repeated += 1
                 return False
             ahead = (state.seq - self._last.seq) % 2 ** 32
-            self.lost += ahead - 1 if 1 < ahead < 2 ** 31 else 0  # a higher one is behind
+            self.lost += ahead - 1 if 1 < ahead < 2 ** 31 else 0  # otherwise out of order
         self._uri, self._last = uri, state
         self.received += 1
         late = 0

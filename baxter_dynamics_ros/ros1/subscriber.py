@@ -219,7 +219,7 @@ class Subscriber:
                 connection.fail('stream', f'malformed message on {connection.topic} ({error})',
                                 'reconnecting; restart the publisher if this persists')
             except Exception as error:  # OSError, or any of on_message
-                connection.fail('stream', f'the connection ended ({error})',
+                connection.fail('stream', f'connection ended ({type(error).__name__}: {error})',
                                 'reconnecting; is the publisher running?')
             connection.stream = None
             connection.ended.wait(connection.pause)

@@ -19,7 +19,7 @@ class DescriptionError(BaxterDynamicsError):
 
 class Description:
     """
-    A robot's URDF without the gripper of one arm: joints that move or are named so, and beyond.
+    A robot's URDF without one arm's gripper: all that moves beyond the hand, or is named gripper.
 
     By default the file is that of PyPI's ``hpp-baxter``. Raises DescriptionError if it cannot be
     read, lacks one of the arm's joints, or has joints that form a loop.
@@ -29,7 +29,7 @@ class Description:
         self.path = path = path or find_description()
         try:
             self.root = ET.parse(path).getroot()
-        except (OSError, ET.ParseError, LookupError) as error:
+        except (OSError, ET.ParseError, LookupError, ValueError) as error:
             raise DescriptionError(f'{path}: cannot be read as URDF ({error})') from None
         joints = {joint.get('name'): joint for joint in self.root.findall('joint')}
         links = {link.get('name'): link for link in self.root.findall('link')}

@@ -223,7 +223,7 @@ def test_a_changed_model_shifts_the_bias_only_in_free_motion(detector):
     detector.rebase(0.5 * FLOOR)
     np.testing.assert_allclose(detector.bias, REST + 0.5 * FLOOR)
     assert not play(detector, still(0.5, REST + 0.5 * FLOOR)).any()
-    assert play(detector, still(0.5, REST + 3.0 * LIMIT))[-1]  # a load, next in the model
+    assert play(detector, still(0.5, REST + 3.0 * LIMIT))[-1]  # a load, added to the model next
     detector.rebase(-3.0 * LIMIT)
     np.testing.assert_allclose(detector.bias, REST + 0.5 * FLOOR)
     assert not play(detector, still(0.1, REST + 0.5 * FLOOR))[-1]

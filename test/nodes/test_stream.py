@@ -38,7 +38,7 @@ def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predicto
     assert level == STALE
     assert message == 'no joint states received on /robot/joint_states; publishers: 1'
     assert values['rate [Hz]'] == '0.0'
-    assert predictor.output.count('no joint states received') == 1, predictor.output
+    assert predictor.output.count('[WARN]') == 1, predictor.output
 
     for spoil, reason in ((np.degrees, 'units are rad, rad/s and N m'),
                           (lambda q: q * np.nan, 'NaN positions')):

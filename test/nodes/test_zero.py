@@ -34,7 +34,7 @@ def zero(robot, sine):
         future = client.call_async(Trigger.Request())
         if n:
             second = client.call_async(Trigger.Request())
-            robot.until(second.done)
+            robot.until(lambda: second.done() or stream(1, change))
             assert 'another request is running' in second.result().message
             assert not parameters or robot.configure(parameters).successful
             stream(n, change)

@@ -104,13 +104,13 @@ def test_lost_and_repeated_messages_are_counted_by_their_numbers():
     source = Source('/robot')
 
     def take(uri, *numbers):
-        return [source.take(uri, JointState(seq % 2 ** 32, BEGIN + seq, '', [], *[[]] * 3),
-                            BEGIN) for seq in numbers]
+        return [source.take(uri, JointState(
+            seq % 2 ** 32, BEGIN + seq, '', [], [float('nan')], [], []), BEGIN) for seq in numbers]
     assert take('http://a:1/', 1, 2, 5, 5, 6) == [True, True, True, False, True]
     assert (source.received, source.lost, source.repeated) == (4, 2, 1)
     take('http://a:2/', 50, 51)  # another process: its numbers began anew
     take('http://a:2/', 1, 2)  # the same restarted
     take('http://a:3/', 2 ** 32 - 1, 2 ** 32, 2 ** 32 + 2)  # the number wraps around
     assert (source.received, source.lost, source.repeated) == (11, 3, 1)
-    for x in (1.0, 2.0):  # without a number and a stamp
-        assert source.take('http://b:1/', JointState(0, 0, '', [], [x], [], []), BEGIN)
+    for _ in range(2):  # without a number and a stamp, at rest
+        assert source.take('http://b:1/', JointState(0, 0, '', [], [1.0], [], []), BEGIN)
