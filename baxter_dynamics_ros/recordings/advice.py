@@ -94,10 +94,11 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
 
 
 def _corrections(problems: list[Notice], arm: str, evaluate: str) -> Iterator[Advice]:
-    for kind, remedy in dict.fromkeys((problem.kind, problem.remedy) for problem in problems):
+    files = [_config(f'{side}_arm.yaml') for side in dict.fromkeys(('right', arm))]
+    for kind, remedy in {problem.kind: problem.remedy for problem in problems}.items():
         yield Advice(kind, f'{remedy[0].upper()}{remedy[1:]}.', _COMMANDS.get(kind, '').format(
             evaluate=evaluate, simulation=_config('simulation.yaml'),
-            robot=_config(f'{arm}_arm.yaml')))
+            robot=' --params '.join(files)))
 
 
 def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recordings: str,
@@ -134,9 +135,9 @@ def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:
             if n >= _FREQUENT * len(every)}
 
 
-def _config(name: str) -> Path:
+def _config(name: str) -> str:
     """Return the path of a parameter file of this package, installed or in the repository."""
     folders = [Path(__file__).parents[2] / 'config',
                Path(sys.prefix) / 'share' / 'baxter_dynamics_ros' / 'config']
-    return next((folder / name for folder in folders if (folder / name).is_file()),
-                Path('config') / name)
+    return next((str(folder / name) for folder in folders if (folder / name).is_file()),
+                f'config/{name}')

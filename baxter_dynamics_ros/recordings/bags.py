@@ -183,13 +183,12 @@ class BagWriter:
 
 
 @contextmanager
-def new_bag(path: str | Path) -> Iterator[BagWriter]:
+def new_bag(path: Path) -> Iterator[BagWriter]:
     """
     Provide a writer of a new rosbag2 folder (MCAP), which appears when the block succeeds.
 
     Raises BagError, also from the writer, if the folder exists or cannot be written.
     """
-    path = Path(path)
     _refuse_existing(path)
     if not os.path.isdir(path.parent):
         raise BagError(f'{path}: no folder {path.parent}')

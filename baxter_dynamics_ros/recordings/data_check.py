@@ -99,6 +99,7 @@ class RunningCheck:
             return None
         data = _Data.of(self._settings, self._rows.swapaxes(0, 1))
         inertial, gravity, spring, coulomb = _gains(data, self._duration)
+        data = data._replace(complete=data.complete | spring.known & (np.abs(spring.value) < 0.4))
         check = DataCheck(*_overall(data), inertial, gravity, spring, coulomb.value,
                           *lag_and_scale(self._velocity))
         return replace(check, problems=tuple(_problems(data, check)))
@@ -116,7 +117,7 @@ class _Data(NamedTuple):
     inertial: Array  # M qdd + C qd [N m]
     spring: Array  # of the default shape if the settings have none [N m]
     predicted: Array  # without friction and bias [N m]
-    complete: Bools  # (7,); false for s1 if the settings omit its springs
+    complete: Bools  # (7,); false for s1 if the settings omit springs that the effort may show
 
     @classmethod
     def of(cls, settings: PredictorSettings, motion: Array) -> '_Data':
@@ -237,7 +238,7 @@ def _sign(data: _Data, check: DataCheck) -> _Found:
     negative = data.complete & (check.correlation < -0.6) & (data.predicted.std(0) > 0.3)
     return ('effort_sign', negative, 'measured effort has the opposite sign of the prediction '
             f'(correlation {_numbers(negative, check.correlation)})',
-            'negate it where it is published or converted')
+            'negate the effort where it is published or converted')
 
 
 def _without_gravity(data: _Data, check: DataCheck) -> _Found:
@@ -257,7 +258,7 @@ def _scale(data: _Data, check: DataCheck) -> _Found:
     is_usual = (check.gain > 0.45) & (check.gain < 2.2) & (0.6 < overall < 1.7)
     odd = bearing & ~is_usual
     return ('effort_scale', odd, 'measured effort is the predicted effort times '
-            f'{_numbers(odd, check.gain)}', 'check its unit; convert it to N m')
+            f'{_numbers(odd, check.gain)}', 'check the unit of the effort; convert it to N m')
 
 
 def _hand_guided(data: _Data, check: DataCheck) -> _Found:
@@ -275,11 +276,10 @@ def _hand_guided(data: _Data, check: DataCheck) -> _Found:
 def _springs(data: _Data, check: DataCheck) -> _Found:
     value = check.spring.value[S1] if check.spring.known[S1] else np.nan
     share = f"measured effort of s1 has {value:.2f} of the springs' torque, "
-    s1 = _SAME == S1
-    if data.complete[S1]:
-        return ('no_springs', s1 & (value < 0.4), share + 'instead of 1',
+    if data.settings.model.effort_model.has_spring:
+        return ('no_springs', (_SAME == S1) & (value < 0.4), share + 'instead of 1',
                 'for a simulator, which has no springs, use simulation.yaml')
-    return ('springs', s1 & (value > 0.6), share + 'which these settings omit',
+    return ('springs', (_SAME == S1) & (value > 0.6), share + 'which these settings omit',
             'for a real robot enable effort_model')
 
 

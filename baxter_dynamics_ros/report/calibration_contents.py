@@ -157,11 +157,11 @@ def gain_table(calibration: Calibration) -> Table:
 
 def steps_table(calibration: Calibration) -> Table:
     """Return each joint's residual as terms were added, where they were kept."""
-    first, *steps = calibration.steps
+    steps, total = calibration.steps[1:], calibration.total
     rms = [np.where(np.isin(range(N_JOINTS), step.joints), step.rms, np.nan) for step in steps]
     return Table('RMS of the residual on left-out data [N m] with the terms so far; bars compare '
-                 'the values of a joint; – where a term was not kept',
-                 joint_columns([first.rms, *rms, calibration.total.after]), 'with',
+                 'the values of a joint; – where a term was not kept; outliers count less in the '
+                 'rows of terms', joint_columns([total.before, *rms, total.after]), 'with',
                  ['before', *(f'+ {term_name(step.term)}' for step in steps), 'after'])
 
 

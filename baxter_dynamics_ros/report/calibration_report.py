@@ -63,7 +63,7 @@ def _worse(calibration: Calibration) -> 'str | None':
         return None
     n, joint = np.unravel_index(np.argmax(ratio), ratio.shape)
     return (f'{worse.any(1).sum()} of {len(judged)} {calibration.fold}s, at '
-            f'{listed(np.any(worse, axis=0))}, most at {JOINTS[joint]} of {judged[n].name}: '
+            f'{listed(np.any(worse, 0))}; largest increase: {JOINTS[joint]} in {judged[n].name}, '
             f'{number(judged[n].before[joint], 2)} before, {torque(judged[n].after[joint])} '
             'after.')
 

@@ -87,12 +87,13 @@ def test_an_arm_at_rest_and_velocities_of_zero_have_no_lag(sound):
         assert evaluate(recording)[0].check.lag is None
 
 
-@pytest.mark.parametrize('share', [0.4, -0.8])
-def test_springs_that_the_settings_omit_are_no_error_of_unit_or_sign(sound, share):
+@pytest.mark.parametrize('share, springs, kind', [(-0.8, 0.0, 'effort_sign'),
+                                                  (0.4, 0.9, 'springs'), (-0.8, 0.9, 'springs')])
+def test_springs_that_the_settings_omit_are_no_error_of_unit_or_sign(sound, share, springs, kind):
     recording = sound.changed(lambda q, v, e: (q, v, np.where(
-        np.arange(7) == 1, share * sum(dynamics(q, v)), e)))
+        np.arange(7) == 1, share * sum(dynamics(q, v)) + springs * EffortModel().spring(q), e)))
     found = Evaluator(SETTINGS.replace({'effort_model.enabled': False})).evaluate(recording)
-    assert not found.check.problems
+    assert [problem.kind for problem in found.check.problems] == [kind]
 
 
 @pytest.mark.parametrize('factor, text', [(2, 'is 2 times the true one'),

@@ -106,7 +106,7 @@ def test_findings_of_a_calibration(calibration):
             'Improvement': 'On recordings left out of the fit, the residual is smaller at every '
             'joint: s0 −55 %, s1 −50 %, e0 −13 %',
             'Worse than before':
-            '1 of 2 recordings, at e0, most at e0 of laps: 0.80 before, 1.20 N m after.',
+            '1 of 2 recordings, at e0; largest increase: e0 in laps, 0.80 before, 1.20 N m after.',
             'Cross-validation': 'Each of 2 recordings was predicted by a fit to the other.',
             'Uncertain parameters': 'bias e1 (0 ± 0.10 N m), bias w0 (0 ± 0.10 N m), bias w1 '
             '(0 ± 0.10 N m), bias w2 (0.06 ± 0.10 N m): ',

@@ -116,7 +116,7 @@ def until(condition):
     (b'', {'getSystemState': [3]}, 'master', 'is not a ROS 1 master'),
     (b'', {'getSystemState': [[[TOPIC, 7]], [], []]}, 'master', 'is not a ROS 1 master'),
     (b'', {'getSystemState': [[], [], []]}, 'topic', f'{TOPIC} is not published'),
-    (encode_header(HEADER), {}, 'stream', 'ended (closed by the publisher)'),
+    (encode_header(HEADER), {}, 'stream', 'ended (ConnectionError: closed by the publisher)'),
     (encode_header(HEADER) + LONG, {}, 'stream', 'malformed message on /robot/joint'),
     (encode_header(HEADER) + message(3), {}, 'address', 'does not reach this machine'),
     (encode_header(HEADER) + message(3), {}, 'stream', 'nothing has arrived'),
