@@ -38,7 +38,7 @@ class MonitoredPredictor:
         self.name = name
         self.side = ''  # 'right' or 'left', by the names of the joints; '' if unknown
         self.contact_since = -math.inf
-        self._for = 'for'  # or 'for over' if contact may have begun unseen
+        self._is_older = False  # whether contact may have begun before that
         self._recent: dict[str, deque[tuple[float, Any]]] = defaultdict(deque)  # by topic
 
     def receive(self, topic: str, message: Any, now: float) -> None:
@@ -52,7 +52,7 @@ class MonitoredPredictor:
             self.side = next((side for side in SIDES if message.name
                               and side in message.name[0].split('_')), '')
         elif topic == topics.CONTACT and message.data and not (known := self.in_contact(now)):
-            self.contact_since, self._for = now, 'for' if known is False else 'for over'
+            self.contact_since, self._is_older = now, known is None
         elif topic == topics.JOINT_STATES and not any(
                 f'{self.side}_{JOINTS[0]}' in name for name in message.name):
             return
@@ -127,7 +127,7 @@ class MonitoredPredictor:
         if not in_contact:
             return 'contact unknown' if in_contact is None else 'no contact'
         joints = ', '.join(self.contact_joints(now)) or 'joints not yet known'
-        return f'CONTACT {self._for} {now - self.contact_since:.1f} s: {joints}'
+        return f'CONTACT for {"over " * self._is_older}{now - self.contact_since:.1f} s: {joints}'
 
     def contact_joints(self, now: float) -> list[str]:
         """Return the joints in contact, as far as the diagnostics have reported them."""

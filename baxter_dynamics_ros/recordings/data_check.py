@@ -36,7 +36,7 @@ class Notice:
     remedy: str = ''
 
     def __str__(self) -> str:
-        """Return recording, finding and remedy, as far as they are given."""
+        """Return the finding in one line, with its recording and remedy."""
         return ': '.join(filter(None, (self.recording, self.finding, self.remedy)))
 
 
