@@ -1,6 +1,6 @@
 """Predictor: effort, residual and external torque of one arm from its joint states."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,6 +50,16 @@ class Step(NamedTuple):
         if self.state is None or result is None:
             return None
         return float(self.state.stamp_ns - result.stamp_ns) * 1e-9
+
+    def efforts(self) -> 'Iterator[tuple[str, Prediction | External, Array]]':
+        """Yield each effort (7,) [N m] by the name of its topic, with its instant and motion."""
+        if self.prediction is not None:
+            yield 'predicted_effort', self.prediction, self.prediction.effort
+            if self.prediction.residual is not None:
+                yield 'effort_residual', self.prediction, self.prediction.residual
+                yield 'residual_deviation', self.prediction, self.prediction.deviation
+        if self.external is not None:
+            yield 'external_effort', self.external, self.external.effort
 
 
 class Predictor:

@@ -25,9 +25,8 @@ from .step_statistics import StepStatistics
 from .zero import ZeroService
 from ..estimation.explanation import PayloadEstimate, ResidualExplainer
 from ..estimation.external import External, hand_wrench
-from ..estimation.predictor import Prediction, Predictor, Step
+from ..estimation.predictor import Predictor, Step
 from ..estimation.settings import PredictorSettings, SETTINGS
-from ..model import Array
 
 _BATCH = 30  # maximum number of joint states per callback, so that other callbacks run
 _TYPES = {topics.PREDICTED_EFFORT: JointState, topics.EFFORT_RESIDUAL: JointState,
@@ -56,15 +55,14 @@ class ResultPublishers:
 
     def publish(self, step: Step) -> None:
         """Publish the results of a joint state."""
-        prediction, external = step.prediction, step.external
-        if prediction is not None:
-            efforts = {topics.PREDICTED_EFFORT: prediction.effort}
-            if prediction.residual is not None:
-                efforts |= {topics.EFFORT_RESIDUAL: prediction.residual,
-                            topics.RESIDUAL_DEVIATION: prediction.deviation}
-            self._publish_efforts(prediction, efforts)
+        message, external = self._joint_state, step.external
+        for topic, result, effort in step.efforts():
+            if self._has_subscriber(topic):
+                set_stamp(message.header, result.stamp_ns)
+                message.position, message.velocity, message.effort = map(
+                    to_field, (result.q, result.qd, effort))
+                self._publishers[topic].publish(message)
         if external is not None:
-            self._publish_efforts(external, {topics.EXTERNAL_EFFORT: external.effort})
             if external.contact is not None and self._has_subscriber(topics.CONTACT):
                 self._publishers[topics.CONTACT].publish(Bool(data=external.contact))
             if self._has_subscriber(topics.EXTERNAL_WRENCH):
@@ -81,16 +79,6 @@ class ResultPublishers:
 
     def _has_subscriber(self, topic: str) -> bool:
         return self._publishers[topic].get_subscription_count() > 0
-
-    def _publish_efforts(self, result: Prediction | External, efforts: dict[str, Array]) -> None:
-        """Publish efforts by topic, with the stamp, position and velocity of a result."""
-        message = self._joint_state
-        set_stamp(message.header, result.stamp_ns)
-        message.position, message.velocity = to_field(result.q), to_field(result.qd)
-        for topic, effort in efforts.items():
-            if self._has_subscriber(topic):
-                message.effort = to_field(effort)
-                self._publishers[topic].publish(message)
 
     def _publish_wrench(self, external: External) -> None:
         arm = self._predictor.model.arm

@@ -209,15 +209,6 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
     predictor = Predictor(settings, external=True)
     names = predictor.stream.selector.names
     for state in recording:
-        step = predictor.handle(*state)
-        found: list[tuple[str, Any, Any]] = []  # topic, its instant and motion, its effort
-        if step.prediction is not None:
-            found.append(('predicted_effort', step.prediction, step.prediction.effort))
-            if step.prediction.residual is not None:
-                found += [('effort_residual', step.prediction, step.prediction.residual),
-                          ('residual_deviation', step.prediction, step.prediction.deviation)]
-        if step.external is not None:
-            found.append(('external_effort', step.external, step.external.effort))
-        for topic, at, values in found:
+        for topic, at, values in predictor.handle(*state).efforts():
             writer.joint_state(f'/{node.strip("/")}/{topic}', at.stamp_ns, names, at.q, at.qd,
                                values, state.received_ns, settings.frame_id)
