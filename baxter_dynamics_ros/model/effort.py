@@ -210,9 +210,8 @@ class Presliding:
     ``exp(-|change of q| / length)``. On Baxter it explains the hysteresis at s1.
     """
 
-    def __init__(self, length: Array | float | None) -> None:
-        # Angle over which friction reverses [rad]; (m, 1) to compare several; None: not followed.
-        self.length = length
+    def __init__(self, length: float | None) -> None:
+        self.length = length  # angle over which friction reverses [rad]; None: not followed
         self.reset()
 
     def change_length(self, length: float | None) -> None:
@@ -224,9 +223,7 @@ class Presliding:
     def reset(self) -> None:
         """Forget the history: no friction until the joints move."""
         self._q: Array | None = None
-        # -1 or 1 while a joint slides, 0 while unknown; (7,) or (m, 7)
-        shape = () if self.length is None else np.shape(self.length)
-        self.z = np.zeros(np.broadcast_shapes(shape, (N_JOINTS,)))
+        self.z: Array = np.zeros(N_JOINTS)  # -1 or 1 while a joint slides, 0 while unknown
 
     def update(self, q: Array) -> Array:
         """Advance to q (7,) [rad] and return z."""
