@@ -8,12 +8,12 @@ import numpy as np
 from .calibration_results import Calibration, Fitted, Selection
 from .fit import best_fit, choose
 from .fit_data import (CalibrationError, check_data, distinct, long_enough, Motion, observe,
-                       residual, rms, warnings)
+                       residual, warnings)
 from .joint_terms import Term
 from .least_squares import Problem
 from .terms import all_terms, OPTIONAL, REACH
 from ..estimation.settings import BaseSettings, PredictorSettings
-from ..model import ArgumentError, Array, EffortModel, JOINTS, S1
+from ..model import ArgumentError, Array, EffortModel, JOINTS, rms, S1
 from ..recordings.data_check import Notice
 from ..recordings.playback import Contact, contact_rows, find_contacts, Lag, MOST_CONTACT
 from ..recordings.recording import Recording

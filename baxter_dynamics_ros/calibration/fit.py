@@ -6,13 +6,13 @@ import numpy as np
 from scipy.optimize import nnls
 
 from .calibration_results import Fitted, Judged, pooled, Selection
-from .fit_data import residual, rms
+from .fit_data import residual
 from .joint_terms import Crosstalk
 from .least_squares import (information, Problem, Selector, SHORTEST, solve, squared_error,
                             unidentifiable)
 from .terms import Links, Tilt, Tool
 from ..estimation.settings import PredictorSettings
-from ..model import Array, BAND, Bools, N_JOINTS
+from ..model import Array, BAND, Bools, N_JOINTS, rms
 from ..recordings.data_check import Notice
 
 _LINK_MARGIN = 0.05  # minimum eigenvalue of 1 + S of a link

@@ -11,8 +11,8 @@ import numpy as np
 from ..estimation.events import Event
 from ..estimation.predictor import Predictor
 from ..estimation.settings import EffortModelSettings, PredictorSettings
-from ..model import Array, BaxterDynamicsError, Bools, N_JOINTS, Presliding
-from ..recordings.data_check import DataCheck, event_notices, names_of, Notice, RunningCheck
+from ..model import Array, BaxterDynamicsError, Bools, N_JOINTS, names_of, Presliding
+from ..recordings.data_check import DataCheck, event_notices, Notice, RunningCheck
 from ..recordings.playback import joined, play, Samples, segments
 from ..recordings.recording import Recording
 
@@ -83,11 +83,6 @@ def residual(motion: Motion, settings: PredictorSettings) -> Array:
     result = Predictor(settings).predict(replace(motion, dahl=dahl).estimate).residual
     assert result is not None  # for the effort was measured
     return result
-
-
-def rms(values: Array) -> Array:
-    """Return the root of the mean square over the first axis."""
-    return np.sqrt(np.mean(values ** 2, axis=0))
 
 
 def turning(motions: list[Motion]) -> Bools:

@@ -20,7 +20,7 @@ from .terminal import complain, progress, say, show_table
 from ..estimation.settings import PredictorSettings
 from ..estimation.stream import JointSelector
 from ..files import write_file
-from ..model import Array, BaxterDynamicsError, Indices, JOINTS
+from ..model import Array, BaxterDynamicsError, Indices, JOINTS, rms
 
 if TYPE_CHECKING:
     from .listener import Listener, Received
@@ -139,7 +139,7 @@ def _compare(side: str, measured: 'list[Received]', predicted: 'list[Received]',
     signals = {'measured': (time, prediction + error), 'predicted': (time, prediction),
                'residual': (time, error), 'first difference': (raw_time, difference)}
     show_table(('joint', *signals),
-               zip(JOINTS, *(_rms(values) for _, values in signals.values())))
+               zip(JOINTS, *(rms(values) for _, values in signals.values())))
     return signals
 
 
@@ -163,8 +163,8 @@ def _plot(path: Path, side: str, signals: _Signals) -> None:
         figure = Figure(figsize=(12, 10), layout='constrained')
         figure.suptitle(f"Fake Baxter, {side} arm, the paper's trajectory 3(a)")
         axes = figure.subplots(len(JOINTS), 2, sharex=True)
-        rms = _rms(signals['residual'][1])
-        limits = 2.5 * np.abs(signals['residual'][1]).max(axis=0)  # cut off the first difference
+        _, residual = signals['residual']
+        limits = 2.5 * np.abs(residual).max(axis=0)  # cut off the first difference
         for i, (joint, row) in enumerate(zip(JOINTS, axes)):
             for axis, names in zip(row, (('measured', 'predicted'),
                                          ('first difference', 'residual'))):
@@ -173,7 +173,7 @@ def _plot(path: Path, side: str, signals: _Signals) -> None:
                     axis.plot(time, values[:, i], color=_COLORS[name], lw=width, label=name)
             zero_line(row[1])
             frame(row[0], f'{joint} [N m]')
-            frame(row[1], f'RMS {rms[i]:.3f}', (-limits[i], limits[i]))
+            frame(row[1], f'RMS {rms(residual)[i]:.3f}', (-limits[i], limits[i]))
         for axis, name in zip(axes[0], ('effort', 'measured - predicted')):
             axis.set_title(name, loc='left')
             axis.legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
@@ -182,7 +182,3 @@ def _plot(path: Path, side: str, signals: _Signals) -> None:
         buffer = io.BytesIO()
         figure.savefig(buffer, format=path.suffix[1:], dpi=85)
     write_file(path, buffer.getvalue())
-
-
-def _rms(values: Array) -> Array:
-    return np.sqrt(np.mean(values ** 2, axis=0))

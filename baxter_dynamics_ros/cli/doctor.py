@@ -18,7 +18,7 @@ import numpy as np
 from .options import add
 from .terminal import say
 from ..estimation.settings import PredictorSettings
-from ..model import Array, joint_names, JOINTS, S1, SIDES
+from ..model import Array, joint_names, JOINTS, rms, S1, SIDES
 from ..ros1.subscriber import Subscriber
 from ..ros1.wire import JointState, Master, resolve, Ros1Error, TYPE
 
@@ -256,9 +256,9 @@ def _residuals(listener: 'Listener', diagnostics: list[Any]) -> Iterator[Check]:
         residuals = listener.joint_states(topic)
         if listener.wait(lambda: residuals, _PATIENCE):
             listener.wait(lambda: False, _LOOK)
-            rms = np.sqrt(np.mean([effort ** 2 for *_, effort in residuals], axis=0))
+            values = rms([effort for *_, effort in residuals])
             yield Check('residual', True, f'RMS on {topic} [N m]: ' + ' '.join(
-                f'{joint} {value:.2f}' for joint, value in zip(JOINTS, rms)))
+                f'{joint} {value:.2f}' for joint, value in zip(JOINTS, values)))
         else:
             latest = {status.name: status for array in diagnostics for status in array.status
                       if status.name.startswith(f'{name[1:]}: ')}

@@ -1,15 +1,16 @@
 """Dynamics, kinematics and effort model of the arm; needs only NumPy."""
 
 from .arm import BaxterArm
-from .arrays import Array, ArrayLike, Bools, finite, Indices
+from .arrays import Array, ArrayLike, Bools, finite, Indices, rms
 from .effort import BAND, EffortModel, Presliding
 from .exceptions import ArgumentError, BaxterDynamicsError, printable
-from .joints import BASE_FRAME, joint_names, JOINTS, mount, N_JOINTS, S1, SIDES, VELOCITY_LIMIT
+from .joints import (BASE_FRAME, joint_names, JOINTS, mount, N_JOINTS, names_of, S1, SIDES,
+                     VELOCITY_LIMIT)
 from .parameters import ArmParameters, link_parameters, Payload
 from .setting import Setting
 
 __all__ = [
     'ArgumentError', 'ArmParameters', 'Array', 'ArrayLike', 'BAND', 'BASE_FRAME', 'BaxterArm',
     'BaxterDynamicsError', 'Bools', 'EffortModel', 'finite', 'Indices', 'joint_names', 'JOINTS',
-    'link_parameters', 'mount', 'N_JOINTS', 'Payload', 'Presliding', 'printable', 'S1', 'Setting',
-    'SIDES', 'VELOCITY_LIMIT']
+    'link_parameters', 'mount', 'N_JOINTS', 'names_of', 'Payload', 'Presliding', 'printable',
+    'rms', 'S1', 'Setting', 'SIDES', 'VELOCITY_LIMIT']

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .exceptions import ArgumentError
 
-__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'read_only']
+__all__ = ['Array', 'ArrayLike', 'Bools', 'finite', 'Indices', 'read_only', 'rms']
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -38,3 +38,8 @@ def read_only(array: Array) -> Array:
     """Return an array after making it read-only."""
     array.flags.writeable = False
     return array
+
+
+def rms(values: ArrayLike) -> Array:
+    """Return the root of the mean square over the first axis."""
+    return np.sqrt(np.mean(np.square(values), axis=0))

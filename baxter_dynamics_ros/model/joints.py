@@ -1,8 +1,10 @@
 """Joints of an arm: names, order and limits; mounting poses of the arms, tilt of the base."""
 
+from itertools import compress
+
 import numpy as np
 
-from .arrays import Array, ArrayLike, read_only
+from .arrays import Array, ArrayLike, Bools, read_only
 from .exceptions import ArgumentError
 
 # Joint order of all arrays in this package.
@@ -34,6 +36,11 @@ def joint_names(side: str) -> tuple[str, ...]:
     if side not in SIDES:
         raise ArgumentError('side', f'expected one of {", ".join(SIDES)}, got {side!r}')
     return tuple(f'{side}_{joint}' for joint in JOINTS)
+
+
+def names_of(where: Bools) -> tuple[str, ...]:
+    """Return the joints at which an array (7,) is true."""
+    return tuple(compress(JOINTS, where))
 
 
 def mount(side: str) -> Array:

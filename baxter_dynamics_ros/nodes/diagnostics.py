@@ -14,7 +14,7 @@ from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
-from ..model import Bools, JOINTS, printable
+from ..model import JOINTS, names_of, printable
 
 LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
 _LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]
@@ -156,12 +156,13 @@ class PredictorDiagnostics:
         detector, unexplained = external.detector, self.statistics.unexplained
         is_missing = self._is_stale or not self.statistics.since('external')
         is_unknown = is_missing or external.is_too_slow or detector.is_settling
-        joints = _named(detector.joints)
+        joints = ', '.join(names_of(detector.joints))
         status = first_case(
             {'contact': 'unknown' if is_unknown else detector.in_contact,
              'contact for [s]': f'{detector.duration:.1f}',
              'joints in contact': joints,
-             'joints in contact in the last period': _named(self.statistics.touched),
+             'joints in contact in the last period': ', '.join(
+                 names_of(self.statistics.touched)),
              'wrenches withheld': self.statistics.counts['withheld'],
              'unexplained by a wrench [N m]': (
                  'none' if unexplained is None else f'{unexplained:.3f}'),
@@ -205,7 +206,3 @@ def _listed(names: tuple[str, ...]) -> str:
     shown = [printable(name[:40]) for name in names[:_SHOWN]]
     more = len(names) - len(shown)
     return ', '.join(shown) + (f' and {more} more' if more > 0 else '')
-
-
-def _named(joints: Bools) -> str:
-    return ', '.join(joint for joint, is_shown in zip(JOINTS, joints) if is_shown)

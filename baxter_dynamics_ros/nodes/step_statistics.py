@@ -9,7 +9,7 @@ import numpy as np
 from ..estimation.events import Event
 from ..estimation.external import HandWrench
 from ..estimation.predictor import Step
-from ..model import Array, N_JOINTS
+from ..model import Array, N_JOINTS, rms
 
 MAX_AGE = 1.0  # age from which a measured state is out of date [s]
 
@@ -100,8 +100,7 @@ class StepStatistics:
         self.highest_rate = max(self.rate, before) if before else float('inf')
         is_dry = self.since('taken') > 0 and not self.since('predicted')
         self.dry = self.dry + period if is_dry else 0.0
-        self.residual_rms = (
-            np.sqrt(np.mean(np.square(self._residuals), axis=0)) if self._residuals else None)
+        self.residual_rms = rms(self._residuals) if self._residuals else None
         self.touched, self._touched = self._touched, np.zeros(N_JOINTS, dtype=bool)
         self._residuals = []
 

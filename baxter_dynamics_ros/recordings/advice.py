@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .data_check import names_of, Notice
+from .data_check import Notice
 from .evaluation_results import Evaluation, Statistics
 from ..estimation.explanation import Explained
 from ..estimation.settings import PredictorSettings
-from ..model import EffortModel, JOINTS, N_JOINTS
+from ..model import EffortModel, JOINTS, N_JOINTS, names_of
 
 # Largest RMS residual of a calibrated Baxter on left-out recordings [N m].
 CALIBRATED = np.array([0.5, 1.0, 0.5, 0.35, 0.15, 0.25, 0.1])

@@ -10,7 +10,7 @@ import numpy as np
 from .playback import Lag, lag_and_scale, Samples, stamp_statistics, TRAVEL, velocity_sums
 from ..estimation.events import Event
 from ..estimation.settings import PredictorSettings
-from ..model import Array, Bools, EffortModel, JOINTS, N_JOINTS, S1
+from ..model import Array, Bools, EffortModel, JOINTS, N_JOINTS, names_of, S1
 
 USUAL_LAG = 0.014  # of Baxter's velocity [s]
 
@@ -289,11 +289,6 @@ def event_notices(counts: Mapping[Any, int], recording: str = '') -> Iterator[No
         if event.remedy and counts.get(event):
             yield Notice(event.value, f'{counts[event]} x {event.value}', recording=recording,
                          remedy=event.remedy)
-
-
-def names_of(where: Bools) -> tuple[str, ...]:
-    """Return the joints at which an array (7,) is true."""
-    return tuple(JOINTS[i] for i in np.flatnonzero(where))
 
 
 def _numbers(where: Bools, values: Array) -> str:

@@ -2,10 +2,10 @@
 
 from baxter_dynamics_ros import Payload
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
-from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
+from baxter_dynamics_ros.calibration.fit_data import observe, residual
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.effort import EffortModel, SPRING_COEFFICIENTS
-from baxter_dynamics_ros.model.joints import JOINTS
+from baxter_dynamics_ros.model import EffortModel, JOINTS, rms
+from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
 from calibration.known_robot import Recording
 import numpy as np
 import pytest

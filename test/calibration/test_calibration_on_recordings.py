@@ -3,9 +3,9 @@
 from functools import lru_cache
 
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
-from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
-from baxter_dynamics_ros.model.effort import EffortModel, SPRING_RANGE
-from baxter_dynamics_ros.model.joints import JOINTS, S1
+from baxter_dynamics_ros.calibration.fit_data import observe, residual
+from baxter_dynamics_ros.model import EffortModel, JOINTS, rms, S1
+from baxter_dynamics_ros.model.effort import SPRING_RANGE
 from baxter_dynamics_ros.recordings.playback import contact_rows, find_contacts
 from calibration.known_robot import kept, observe_once, Recording, warnings
 import numpy as np

@@ -5,13 +5,13 @@ from dataclasses import replace
 from baxter_dynamics_ros.calibration import calibrate_robot
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
 from baxter_dynamics_ros.calibration.fit import choose, Fit
-from baxter_dynamics_ros.calibration.fit_data import observe, residual, rms
+from baxter_dynamics_ros.calibration.fit_data import observe, residual
 from baxter_dynamics_ros.calibration.least_squares import Problem
 from baxter_dynamics_ros.calibration.terms import Links
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
+from baxter_dynamics_ros.model import JOINTS, rms
 from baxter_dynamics_ros.model.effort import SPRING_COEFFICIENTS
-from baxter_dynamics_ros.model.joints import JOINTS
 from calibration.known_robot import (ALL, calibrated, CENTER, columns, errors, FRICTION, kept,
                                      LEAST, make_motion, record, recordings, updated, wander,
                                      warnings)
