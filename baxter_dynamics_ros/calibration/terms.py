@@ -16,8 +16,8 @@ TERMS = ('bias', 'spring', 'coulomb', 'viscous', 'dahl', 'added_inertia', 'stiff
 OPTIONAL = ('inertial', 'payload')  # fitted only on request, and then always
 REACH = 1.0  # bound on each coordinate of the payload's centre, unidentifiable at low mass [m]
 
-# Candidates for the angle over which Dahl friction reverses [rad].
-_DAHL_LENGTHS = (0.01, 0.02, 0.03, 0.05)
+# Candidates for the angle over which Dahl friction reverses, if the settings have none [rad].
+DAHL_LENGTHS = (0.01, 0.02, 0.03, 0.05)
 
 # Standard deviations of the priors.
 _INERTIA = np.full(N_JOINTS, 0.5)  # [kg m^2]
@@ -165,11 +165,6 @@ class Tool(_BodyTerm):
         return result
 
 
-def dahl_lengths(model: EffortModel) -> tuple[float, ...]:
-    """Return the Dahl lengths to try [rad]: that of the model if it has Dahl friction."""
-    return (model.dahl_length,) if model.has_dahl else _DAHL_LENGTHS
-
-
 def _dahl(model: EffortModel, length: float) -> PerJoint:
     return PerJoint('dahl', lambda sample: sample.presliding[length], lower=-model.dahl,
                     dahl_length=length)
@@ -182,6 +177,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     The spring has its shape fitted, or only a gain.
     """
     model, arm = settings.model.effort_model, settings.model.arm
+    dahl_lengths = (model.dahl_length,) if model.has_dahl else DAHL_LENGTHS
     return [
         PerJoint('bias', lambda sample: np.ones(sample.motion.q.shape), OFFSET),
         Tool(arm),  # first: an unknown load hides friction
@@ -189,7 +185,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
         PerJoint('coulomb', lambda sample: np.tanh(sample.motion.qd / model.coulomb_velocity),
                  lower=-model.coulomb),
         PerJoint('viscous', lambda sample: sample.motion.qd, lower=-model.viscous),
-        *(_dahl(model, length) for length in dahl_lengths(model)),
+        *(_dahl(model, length) for length in dahl_lengths),
         PerJoint('added_inertia', lambda sample: sample.motion.qdd, _INERTIA, worth=WORTH_OF_ODD),
         *([Tilt()] if arm.gravity_vector[2] else []), Links(arm), Crosstalk(),
         # Last, because stiffness over a small range can imitate other terms; s1 has the spring.

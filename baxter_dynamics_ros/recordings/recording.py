@@ -1,6 +1,7 @@
 """Recordings: joint states of one arm in their order; those in .npz and .csv files."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -34,17 +35,13 @@ class RecordedState(NamedTuple):
     received_ns: int  # time of recording [ns]
 
 
-class Recording:
+class Recording(AbstractContextManager['Recording']):
     """Joint states of one arm, in the order of recording; a context manager to read them in."""
 
     name: str
     arm: str
     topic: str
     count: int  # messages
-
-    def __enter__(self) -> 'Recording':
-        """Return the recording."""
-        return self
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
         """Do nothing."""

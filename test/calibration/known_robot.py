@@ -4,7 +4,7 @@ from functools import cache, lru_cache
 
 from baxter_dynamics_ros.calibration.fit_data import Motion, residual
 from baxter_dynamics_ros.calibration.joint_terms import Sample
-from baxter_dynamics_ros.calibration.terms import dahl_lengths
+from baxter_dynamics_ros.calibration.terms import DAHL_LENGTHS
 from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 from baxter_dynamics_ros.model.effort import Presliding, SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
@@ -143,8 +143,7 @@ def make_motion(n, rng):
 
 def columns(term, settings, motion):
     """Return a term's columns for all joints, (n, 7, p), zero where it does not act."""
-    presliding = {length: motion.presliding(length)
-                  for length in dahl_lengths(settings.model.effort_model)}
+    presliding = {length: motion.presliding(length) for length in DAHL_LENGTHS}
     present = decoupled(motion.effort - residual(motion, settings), settings)
     sample = Sample(motion, presliding, settings.model.arm, present)
     result = np.zeros((len(motion), 7, len(term.prior)))
