@@ -1,8 +1,6 @@
-"""The node and the stream handler over many messages, and the node on arbitrary messages."""
+"""The node over many messages, and on arbitrary ones."""
 
-import gc
 from pathlib import Path
-import tracemalloc
 
 from baxter_dynamics_ros.estimation.events import Event
 from baxter_dynamics_ros.estimation.predictor import Predictor
@@ -11,43 +9,20 @@ from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes.messages import from_field, joint_state, stamp_ns
 from baxter_dynamics_ros.simulation.robot import JOINT_STATE_NAMES
 import numpy as np
-import pytest
 from std_srvs.srv import Trigger
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / 'benchmarks'
 FLAT = 2.0  # [MB]; 250 B a message
 
 
-@pytest.fixture
-def soak(monkeypatch):
-    """Return the module of the soak."""
+def test_node_loses_nothing_and_does_not_grow(monkeypatch, domain):
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     import soak
-    return soak
-
-
-def test_node_loses_nothing_and_does_not_grow(soak, domain):
     run = soak.through_node(1500)
     assert run.received == run.sent == 1500
     assert run.dropped == run.lost == 0
     assert run.residuals == run.predicted == 1500 - run.quiet
     assert run.growth < FLAT
-
-
-def test_stream_handler_keeps_nothing(soak):
-    predictor = Predictor(PredictorSettings(), external=True)
-    traced = []
-    try:
-        for k, message in enumerate(soak.messages(1400)):
-            if k == 400:
-                tracemalloc.start()
-            predictor.handle(message[0], JOINT_STATE_NAMES, *message[1:])
-            if k in (1199, 1399):  # the history is replaced within 0.7 s
-                gc.collect()
-                traced.append(tracemalloc.get_traced_memory()[0])
-    finally:
-        tracemalloc.stop()
-    assert traced[1] - traced[0] < 2000  # [B] in 200 messages
 
 
 def arbitrary(n: int):
