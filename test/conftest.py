@@ -12,7 +12,7 @@ from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model import joints
 import numpy as np
-from perfect_robot import measured
+from perfect_robot import measured, sum_of_sines
 from pinocchio_engine import PinocchioEngine
 import pytest
 
@@ -162,12 +162,10 @@ def moving_arm():
     """Return a function: n joint states at 100 Hz for make_bag, effort by settings and noise."""
     w = 2 * np.pi * np.array([[0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5],  # [rad/s]
                               [0.11, 0.17, 0.13, 0.19, 0.07, 0.23, 0.29]])
-    center = np.array([0.0, -0.45, 0.0, 1.2, 0.0, 0.4, 0.0])  # [rad]
 
     def motion(t):
-        angle = w * t[:, None, None] + np.arange(14.0).reshape(2, 7)
-        return (center + 0.35 * np.sin(angle).sum(1), (0.35 * w * np.cos(angle)).sum(1),
-                -(0.35 * w ** 2 * np.sin(angle)).sum(1))
+        return sum_of_sines(t, [0.0, -0.45, 0.0, 1.2, 0.0, 0.4, 0.0], 0.35, w,
+                            np.arange(14.0).reshape(2, 7))
 
     def make(n, side='right', topic='/robot/joint_states', truth=None):
         settings = PredictorSettings.from_parameters({**(truth or {}), 'arm': side})

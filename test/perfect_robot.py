@@ -1,18 +1,23 @@
 """Robot whose effort is fully modelled and whose velocity lags like that of a real robot."""
 
+from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
 
 VELOCITY_LAG = 0.014  # [s]
+
+
+def sum_of_sines(t, center, amplitude, w, phase) -> tuple:
+    """Return q, qd, qdd (n, 7) at times t (n,) [s]: k sines per joint, (k, 7), w in rad/s."""
+    angle = w * np.asarray(t)[:, None, None] + phase
+    return (center + (amplitude * np.sin(angle)).sum(1), (amplitude * w * np.cos(angle)).sum(1),
+            -(amplitude * w ** 2 * np.sin(angle)).sum(1))
 
 
 def trajectory(t, scale=1.0) -> tuple:
     """Return q, qd, qdd (n, 7) at times t (n,) [s]: a slow sine per joint, s1 in spring range."""
     amplitude = scale * np.array([0.4, 0.3, 0.4, 0.4, 0.5, 0.5, 0.5])  # [rad]
     w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])  # [rad/s]
-    angle = w * np.asarray(t)[:, None] + np.arange(7)
-    center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.6, 0.0])
-    return (center + amplitude * np.sin(angle), amplitude * w * np.cos(angle),
-            -amplitude * w ** 2 * np.sin(angle))
+    return sum_of_sines(t, [0.0, -0.5, 0.0, 1.2, 0.0, 0.6, 0.0], amplitude, w, np.arange(7))
 
 
 _RNG = np.random.default_rng(1)
@@ -23,9 +28,12 @@ _FREQUENCY = 2 * np.pi * np.array([[0.2], [0.5], [0.9]])  # [rad/s]
 
 def sines(t) -> tuple:
     """Return q, qd, qdd (n, 7) at times t (n,) [s]: a sum of three sines per joint."""
-    angle = _FREQUENCY * np.asarray(t)[:, None, None] + _PHASE
-    return tuple((_AMPLITUDE * _FREQUENCY ** k * np.sin(angle + k * np.pi / 2)).sum(-2)
-                 for k in range(3))
+    return sum_of_sines(t, 0.0, _AMPLITUDE, _FREQUENCY, _PHASE)
+
+
+def rows(t, settings=PredictorSettings()) -> list:
+    """Return what is measured at each of the times t (n,) [s]: (q, qd, effort), (7,) each."""
+    return list(zip(*measured(settings, t)))
 
 
 def measured(settings, t, motion=trajectory) -> tuple:

@@ -9,6 +9,7 @@ from baxter_dynamics_ros.estimation.settings import DEFAULTS, PredictorSettings
 from baxter_dynamics_ros.model.effort import Presliding, SPRING_COEFFICIENTS
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
 import numpy as np
+from perfect_robot import sum_of_sines
 
 PERIOD = 0.01  # [s]
 FINE = 5  # steps of the true motion per period, for Dahl friction
@@ -62,9 +63,7 @@ def wander(seed, t):
     rng = np.random.default_rng(seed)
     w = 2 * np.pi * rng.uniform(0.03, 0.5, (4, 7))  # [rad/s]
     amplitude = np.array([0.35, 0.42, 0.35, 0.35, 0.42, 0.35, 0.42]) * np.minimum(1.0, 1.5 / w)
-    angle = w * t[:, None, None] + rng.uniform(0.0, 6.28, (4, 7))
-    return (CENTER + (amplitude * np.sin(angle)).sum(1), (amplitude * w * np.cos(angle)).sum(1),
-            -(amplitude * w ** 2 * np.sin(angle)).sum(1))
+    return sum_of_sines(t, CENTER, amplitude, w, rng.uniform(0.0, 6.28, (4, 7)))
 
 
 def record(truth=FRICTION, seed=0, duration=12.0, lag=0.014, motion=wander):
@@ -133,9 +132,7 @@ def make_motion(n, rng):
     amplitude = rng.uniform(0.2, 0.6, (2, 7))
     amplitude[:, 1] = 1.2, 0.5  # beyond the range of the spring
     rate = rng.uniform(1.0, 6.0, (2, 7))  # [rad/s]
-    angle = rate * time[:, None, None] + rng.uniform(0.0, 6.0, (2, 7))
-    q, qd, qdd = (x.sum(1) for x in (amplitude * np.sin(angle), amplitude * rate * np.cos(angle),
-                                     -amplitude * rate ** 2 * np.sin(angle)))
+    q, qd, qdd = sum_of_sines(time, 0.0, amplitude, rate, rng.uniform(0.0, 6.0, (2, 7)))
     effort = rng.normal(0.0, 5.0, (n, 7))
     return Motion(time, q, qd, qdd, effort, np.zeros((n, 7)), q, qd, qd, effort,
                   np.full(n, 0.01), qdd, 'test')

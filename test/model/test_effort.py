@@ -3,7 +3,7 @@
 from baxter_dynamics_ros import ArgumentError, BaxterArm
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model import EffortModel, joint_names, JOINTS, Presliding, S1
+from baxter_dynamics_ros.model import EffortModel, joint_names, JOINTS, Presliding, rms, S1
 import numpy as np
 import pytest
 
@@ -170,11 +170,11 @@ def test_spring_explains_measured_effort_at_s1(recordings, name):
     q, effort = data['position'][slow], data['effort'][slow]
     assert len(q) > 100
     tau, rest = BaxterArm().gravity(q), np.zeros_like(q)
-    with_spring = _rms(effort - EffortModel().effort(tau, q, rest, rest))
-    without = _rms(effort - EffortModel.rigid().effort(tau, q, rest, rest))
+    with_spring = rms(effort - EffortModel().effort(tau, q, rest, rest))
+    without = rms(effort - EffortModel.rigid().effort(tau, q, rest, rest))
     assert with_spring[S1] < 2.0
     assert with_spring[S1] < without[S1] / 10
-    assert without[S1] > _rms(effort)[S1]
+    assert without[S1] > rms(effort)[S1]
     np.testing.assert_array_equal(with_spring[UNCOUPLED], without[UNCOUPLED])
 
 
@@ -183,7 +183,3 @@ def _at_s1(angle):
     q = np.full(np.shape(angle) + (7,), 0.2)
     q[..., S1] = angle
     return q
-
-
-def _rms(residual):
-    return np.sqrt(np.mean(residual ** 2, axis=0))

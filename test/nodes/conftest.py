@@ -7,7 +7,6 @@ import socket
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
@@ -103,20 +102,6 @@ def refusals(domain):
 def predictor(robot):
     """Start the predictor with its default settings."""
     return robot.start_predictor()
-
-
-@pytest.fixture
-def sine():
-    """Return smooth states (q, qd, qdd) at times t, each (n, 7), clear of the joints' limits."""
-    centre = np.array([0.2, -0.6, 0.3, 1.2, -0.4, 0.8, 0.5])
-    amplitude = np.array([0.3, 0.25, 0.2, 0.3, 0.4, 0.3, 0.5])
-    w = 2 * np.pi * np.array([0.3, 0.25, 0.4, 0.35, 0.3, 0.45, 0.2])
-
-    def motion(t):
-        phase = np.multiply.outer(t, w)
-        return (centre + amplitude * np.sin(phase), amplitude * w * np.cos(phase),
-                -amplitude * w ** 2 * np.sin(phase))
-    return motion
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 
-from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 from baxter_dynamics_ros.nodes import topics
 from baxter_dynamics_ros.nodes.messages import joint_state
@@ -31,9 +30,9 @@ STALE = b'\x03'
 class Motion:
     """A robot that moves with even stamps, whatever happens to other processes meanwhile."""
 
-    def __init__(self, robot, sine):
-        from perfect_robot import measured  # which the processes of this file do not find
-        self.rows = list(zip(*measured(PredictorSettings(), 0.01 * np.arange(6000), sine)))
+    def __init__(self, robot):
+        from perfect_robot import rows  # which the processes of this file do not find
+        self.rows = rows(0.01 * np.arange(6000))
         self._robot = robot
         self._start_ns = None
         self.sent = 0
@@ -57,9 +56,9 @@ class Motion:
 
 
 @pytest.fixture
-def motion(robot, sine):
+def motion(robot):
     """Return a robot in motion at 100 Hz."""
-    return Motion(robot, sine)
+    return Motion(robot)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import sys
 import time
 
 import numpy as np
+from perfect_robot import trajectory
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
@@ -23,8 +24,8 @@ IMPOSSIBLE = SetParameters.Request(
     parameters=[Parameter(name='use_sim_time', value=ParameterValue(type=77))])
 
 
-def test_a_name_that_is_no_text_costs_one_message(robot, predictor, sine):
-    q, qd, _ = sine(np.arange(0.0, 0.5, 0.01))
+def test_a_name_that_is_no_text_costs_one_message(robot, predictor):
+    q, qd, _ = trajectory(np.arange(0.0, 0.5, 0.01))
     robot.stream(zip(q[:25], qd, q))
     robot.until(lambda: len(robot.predicted) == 25 - 21)
     raw = serialize_message(JointState(name=['left_s0'], position=[0.0]))
@@ -43,10 +44,10 @@ def test_ends_cleanly_on_repeated_sigint(robot, predictor):
 
 
 @pytest.mark.parametrize('executable', NODES)
-def test_ends_in_the_middle_of_a_stream(robot, start, sine, executable):
+def test_ends_in_the_middle_of_a_stream(robot, start, executable):
     if executable == 'fake_baxter':
         pytest.importorskip('mujoco', reason='needs pip install ".[demo]"')
-    q, qd, _ = sine(np.arange(0.0, 1.0, 0.01))
+    q, qd, _ = trajectory(np.arange(0.0, 1.0, 0.01))
     process = start(executable, *NODES[executable])
     robot.until(lambda: robot.publisher.get_subscription_count() == 1)
     k = 0

@@ -4,6 +4,7 @@ from baxter_dynamics_ros import BaxterArm
 from baxter_dynamics_ros.model import EffortModel, joint_names
 from baxter_dynamics_ros.nodes.messages import joint_state, stamp_ns
 import numpy as np
+from perfect_robot import trajectory
 import pytest
 from robot_node import PATIENCE
 
@@ -74,7 +75,7 @@ def test_the_answer_says_when_the_spring_is_held(node):
     assert answer.success and 'spring' in answer.message
 
 
-def test_empty_request_is_for_the_latest_state_until_it_is_too_old(node, sine):
+def test_empty_request_is_for_the_latest_state_until_it_is_too_old(node):
     clients = [node.create_client(kind, f'/torque_predictor/{name}') for kind, name in (
         (srv.GravityTorques, 'gravity_torques'), (srv.InverseDynamics, 'inverse_dynamics'))]
     assert all(client.wait_for_service(PATIENCE) for client in clients)
@@ -84,7 +85,7 @@ def test_empty_request_is_for_the_latest_state_until_it_is_too_old(node, sine):
         node.until(lambda: all(future.done() for future in futures))
         return [future.result() for future in futures]
     t = np.arange(0.0, 1.0, 0.01)
-    q, qd, _ = sine(t)
+    q, qd, _ = trajectory(t)
     last = node.stream([(a, b, np.ones(7)) for a, b in zip(q, qd)])
     node.until(lambda: len(node.predicted) == len(t) - 21)
 

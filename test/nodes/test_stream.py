@@ -7,7 +7,7 @@ from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
 from baxter_dynamics_ros.nodes.step_statistics import MessageLoss
 import numpy as np
-from perfect_robot import measured
+import perfect_robot
 import pytest
 from robot_node import LOSSLESS
 from sensor_msgs.msg import JointState
@@ -21,9 +21,9 @@ EXTRA = np.array([1.0, -2.0, 3.0, -4.0, 0.5, -0.6, 0.7])  # [N m]
 
 
 @pytest.fixture
-def rows(sine):
-    """Return 4 s of a robot (q, qd, effort) whose velocity lags and whose effort is exact."""
-    return list(zip(*measured(PredictorSettings(), np.arange(0.0, 4.0, 0.01), sine)))
+def rows():
+    """Return 4 s of a perfect robot."""
+    return perfect_robot.rows(np.arange(0.0, 4.0, 0.01))
 
 
 def counts(robot, since=None):
@@ -92,13 +92,13 @@ def test_filter_settles_after_a_gap_and_a_reset(robot, predictor, rows):
         'reset_gap': 1, 'reset_requested': 1}
 
 
-def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor, sine):
+def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor):
     """gz_ros2_control publishes Baxter's 17 joints in its own order, effort not available."""
     arm = joint_names('right')
     names = ['head_pan', *joint_names('left'), 'torso_t0', *arm[::-1], 'head_nod']
     contact = robot.listen(Bool, '/torque_predictor/contact')
     before = robot.report()
-    q, qd, _ = sine(np.arange(0.0, 1.0, 0.01))
+    q, qd, _ = perfect_robot.trajectory(np.arange(0.0, 1.0, 0.01))
     for k in range(len(q)):
         fields = [[row[k][arm.index(name)] if name in arm else np.nan for name in names]
                   for row in (q, qd)]
@@ -112,7 +112,7 @@ def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor
     assert predictor.output.count('no measured effort (empty or NaN)') == 1
 
 
-def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start, sine):
+def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start):
     load = {'right': 0.5, 'left': 1.2}  # [kg]
     for side in SIDES:
         start('torque_predictor', '-r', f'__ns:=/{side}', '-p', f'arm:={side}', '-p',
@@ -123,7 +123,7 @@ def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start, 
     robot.until(lambda: robot.publisher.get_subscription_count() == 2 and all(
         robot.statuses(f'{side}/torque_predictor') for side in SIDES))
     names = [f'robot_1/{name}' for name in joint_names('right') + joint_names('left')]
-    q, qd, _ = sine(np.arange(60) * 0.01)
+    q, qd, _ = perfect_robot.trajectory(np.arange(60) * 0.01)
     rows = [(np.concatenate([q[k], -0.5 * q[k]]), np.concatenate([qd[k], -0.5 * qd[k]]),
              np.concatenate([q[k] + 1.0, q[k] - 1.0])) for k in range(60)]
     for k, row in enumerate(rows):
@@ -141,7 +141,7 @@ def test_two_nodes_predict_two_arms_with_prefix_frame_and_payload(robot, start, 
 
 
 def test_lost_messages_another_type_and_missing_service_types_are_reported(
-        robot, start, tmp_path, sine):
+        robot, start, tmp_path):
     robot.create_publisher(String, '/text', 1)
     hidden = tmp_path / 'baxter_dynamics_interfaces'
     hidden.mkdir()
@@ -151,7 +151,7 @@ def test_lost_messages_another_type_and_missing_service_types_are_reported(
         'torque_predictor', '-p', 'qos_overrides./robot/joint_states.subscription.depth:=5',
         PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get('PYTHONPATH', '')]))
     robot.wait_for_node()
-    q, qd, _ = sine(np.arange(0.0, 10.0, 0.01))
+    q, qd, _ = perfect_robot.trajectory(np.arange(0.0, 10.0, 0.01))
     robot.send_arm(START, q[0], qd[0], np.ones(7))
     # Losses before the first message cannot be known.
     robot.until(lambda: robot.report()['input'][2]['received'] == '1')

@@ -4,7 +4,7 @@ from itertools import cycle, islice
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 import numpy as np
-from perfect_robot import measured
+from perfect_robot import rows
 import pytest
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -16,19 +16,19 @@ CROSSTALK[3, 2] = -0.2
 
 
 @pytest.fixture
-def zero(robot, sine):
+def zero(robot):
     """Return a function: answer to a request made while the arm moves with an effort."""
     process = robot.start_predictor('-p', f'effort_model.crosstalk:={CROSSTALK.ravel().tolist()}')
     client = robot.create_client(Trigger, '/torque_predictor/zero')
     assert client.wait_for_service(30.0)
     truth = PredictorSettings.from_parameters({
         'effort_model.bias': OFFSET, 'effort_model.crosstalk': CROSSTALK.ravel().tolist()})
-    rows = cycle(zip(*measured(truth, 0.01 * np.arange(2000), sine)))  # the period of the motion
+    messages = cycle(rows(0.01 * np.arange(2000), truth))  # the period of the motion
     sent = 0
 
     def stream(n, change=lambda effort: effort):
         nonlocal sent
-        robot.stream([(q, qd, change(effort)) for q, qd, effort in islice(rows, n)],
+        robot.stream([(q, qd, change(effort)) for q, qd, effort in islice(messages, n)],
                      start=START + sent * 10_000_000)
         sent += n
 

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import joint_names, rms
 from baxter_dynamics_ros.recordings.evaluation_results import (INTERVALS, RunningBands,
                                                                RunningStatistics)
 from baxter_dynamics_ros.recordings.playback import play, segments, stamp_statistics
 import numpy as np
+from perfect_robot import measured
 import pytest
 
 pytest.importorskip('pinocchio', reason='the comparison needs Pinocchio: pip install pin')
@@ -29,16 +30,9 @@ class Recording:
 
     def __init__(self, n=600, stamps=None, without=()):
         self.stamps = START + 10 ** 7 * np.arange(n) if stamps is None else stamps
-        t = (self.stamps - START)[:, None] * 1e-9
-        w = 2 * np.pi * np.array([0.3, 0.25, 0.35, 0.3, 0.4, 0.45, 0.5])
-        center = np.array([0.0, -0.5, 0.0, 1.2, 0.0, 0.5, 0.0])
-        self.q = center + 0.4 * np.sin(w * t + np.arange(7))
-        self.qd = 0.4 * w * np.cos(w * (t - 0.014) + np.arange(7))
-        qdd = -0.4 * w * w * np.sin(w * t + np.arange(7))
-        model = PredictorSettings().model
-        tau = model.arm.inverse_dynamics(self.q, 0.4 * w * np.cos(w * t + np.arange(7)), qdd)
-        self.effort = (model.effort_model.effort(tau, self.q, self.qd, qdd)
-                       + np.random.default_rng(3).normal(0.0, 0.05, self.q.shape))
+        self.q, self.qd, self.effort = measured(
+            PredictorSettings(), 1e-9 * (self.stamps - START))
+        self.effort += np.random.default_rng(3).normal(0.0, 0.05, self.q.shape)
         self._without = without
 
     def __iter__(self):
@@ -76,10 +70,6 @@ def case():
                 [step.prediction for step in steps if step.prediction is not None])
         return made[str(values)]
     return case_
-
-
-def rms(values):
-    return np.sqrt((values ** 2).mean(0))
 
 
 def evaluate(recording):
