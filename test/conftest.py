@@ -1,5 +1,6 @@
 """What the tests share: random states, cases, reference engines, recordings, commands."""
 
+from collections import defaultdict
 from contextlib import contextmanager
 import ctypes
 import os
@@ -145,6 +146,22 @@ def make_bag(tmp_path):
         return path
 
     return make
+
+
+@pytest.fixture
+def read_bag():
+    """Return a function: the messages in a bag, topic -> [(time of receipt [ns], message)]."""
+    from rosbags.highlevel import AnyReader
+
+    def read(path):
+        found = defaultdict(list)
+        with AnyReader([path]) as reader:
+            for connection, received, raw in reader.messages():
+                found[connection.topic].append(
+                    (received, reader.deserialize(raw, connection.msgtype)))
+        return found
+
+    return read
 
 
 def _ros_message(store, content, is_ros1):

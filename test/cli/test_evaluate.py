@@ -142,7 +142,8 @@ def test_zero_stamps_are_replaced_by_times_of_recording(summary, make_bag, movin
     assert np.max(numbers['lagrange_euler']['rms']) < 0.2
 
 
-def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving_arm, tmp_path):
+def test_the_new_bag_holds_what_the_node_would_publish(
+        summary, make_bag, read_bag, moving_arm, tmp_path):
     names = tuple(f'robot_1/{name}' for name in joint_names('right'))
     messages = [(topic, received, (content[0], names, *content[2:]))
                 for topic, received, content in moving_arm(120)]
@@ -158,12 +159,7 @@ def test_the_new_bag_holds_what_the_node_would_publish(summary, make_bag, moving
     numbers, _ = summary(make_bag(messages), '--params', file, '--save-bag', tmp_path / 'new',
                          '--node', 'torque_predictor')
 
-    from rosbags.highlevel import AnyReader
-    found = {}
-    with AnyReader([tmp_path / 'new']) as reader:
-        for connection, received, raw in reader.messages():
-            found.setdefault(connection.topic, []).append(
-                (received, reader.deserialize(raw, connection.msgtype)))
+    found = read_bag(tmp_path / 'new')
     wanted = results('prediction', messages, values)
     with_residual = [prediction for prediction in wanted if prediction.residual is not None]
     assert len(wanted) == 120 - 21 > len(with_residual) == numbers['lagrange_euler']['count']

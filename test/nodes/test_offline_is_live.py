@@ -12,7 +12,6 @@ pytest.importorskip('rosbags', reason='needs rosbags: pip install ".[offline]"')
 pytest.importorskip('jinja2', reason='needs Jinja2: pip install ".[offline]"')
 
 from baxter_dynamics_ros.recordings.parameter_file import write_parameters  # noqa: E402, I100
-from rosbags.highlevel import AnyReader  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
 CALIBRATION = {
@@ -75,19 +74,8 @@ def messages(moving_arm):
             for i, content in enumerate(played)]
 
 
-def read(bag):
-    """Return the predictions in a bag: topic -> (time of receipt [ns], message)."""
-    found = {topic: [] for topic in TOPICS}
-    with AnyReader([bag]) as reader:
-        connections = [connection for connection in reader.connections
-                       if connection.topic in found]
-        for connection, received, raw in reader.messages(connections):
-            found[connection.topic].append(
-                (received, reader.deserialize(raw, connection.msgtype)))
-    return found
-
-
-def test_evaluate_saves_what_the_node_publishes(robot, command, make_bag, messages, tmp_path):
+def test_evaluate_saves_what_the_node_publishes(
+        robot, command, make_bag, read_bag, messages, tmp_path):
     parameters = tmp_path / 'my_robot.yaml'
     write_parameters(parameters, PredictorSettings.from_parameters(CALIBRATION))
     code, _, err = command('evaluate', make_bag(messages), '--params', parameters, '--output',
@@ -95,7 +83,7 @@ def test_evaluate_saves_what_the_node_publishes(robot, command, make_bag, messag
     assert (code, err) == (0, '')
     numbers = json.loads((tmp_path / 'report' / 'summary.json').read_text())
     assert MET <= set(numbers['recordings'][0]['counts'])
-    offline = read(tmp_path / 'new')
+    offline = read_bag(tmp_path / 'new')
     received = [when for when, _ in offline[TOPICS[0]]]
     assert len(received) > 600 and len(offline[TOPICS[1]]) < len(received)
 

@@ -10,7 +10,6 @@ from recordings.joint_states import RIGHT, START
 
 pytest.importorskip('rosbags', reason='writing bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bags import new_bag  # noqa: E402, I100
-from rosbags.highlevel import AnyReader  # noqa: E402
 
 STATE = (START, RIGHT, *np.arange(21.0).reshape(3, 7))
 
@@ -19,18 +18,17 @@ STATE = (START, RIGHT, *np.arange(21.0).reshape(3, 7))
     (RIGHT, np.arange(7.0), (), np.arange(7.0) + 20),
     (['a', 'bc', 'def', 'ghij', 'klmno', 'é', ''], np.arange(14.0)[::2], [], (np.nan,)),
     ((), (), (), (1.0, 2.0))])
-def test_joint_states_round_trip(tmp_path, names, position, velocity, effort):
+def test_joint_states_round_trip(tmp_path, read_bag, names, position, velocity, effort):
     with new_bag(tmp_path / 'new') as writer:
         writer.joint_state('/a', START, names, position, velocity, effort)
         writer.joint_state('/b', START, names, position, velocity, effort, START + 5, 'base')
         assert not (tmp_path / 'new').exists()
     assert [path.name for path in tmp_path.iterdir()] == ['new']
-    with AnyReader([tmp_path / 'new']) as reader:
-        found = [(connection.topic, received, reader.deserialize(raw, connection.msgtype))
-                 for connection, received, raw in reader.messages()]
-    for (topic, received, message), wanted in zip(
-            found, [('/a', START, ''), ('/b', START + 5, 'base')], strict=True):
-        assert (topic, received, message.header.frame_id) == wanted
+    found = read_bag(tmp_path / 'new')
+    assert [*found] == ['/a', '/b']
+    for ((received, message),), wanted in zip(
+            found.values(), [(START, ''), (START + 5, 'base')], strict=True):
+        assert (received, message.header.frame_id) == wanted
         assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == START
         assert message.name == list(names)
         for field, values in zip(('position', 'velocity', 'effort'),

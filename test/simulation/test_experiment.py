@@ -8,10 +8,8 @@ from calibration.known_robot import Recording
 import numpy as np
 import pytest
 
-for module in ('mujoco', 'pinocchio', 'matplotlib', 'jinja2'):
+for module in ('mujoco', 'pinocchio', 'matplotlib', 'jinja2', 'rosbags', 'rich'):
     pytest.importorskip(module, reason=f'needs {module}: pip install ".[demo]"')
-rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags: pip install ".[demo]"')
-pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 
 from baxter_dynamics_ros.cli import calibrate, experiment  # noqa: E402, I100
 from baxter_dynamics_ros.cli.main import main  # noqa: E402
@@ -21,43 +19,29 @@ from baxter_dynamics_ros.recordings.evaluate_recordings import Evaluator  # noqa
 from baxter_dynamics_ros.simulation.plant import COULOMB  # noqa: E402
 from baxter_dynamics_ros.simulation.robot import FakeBaxter, record  # noqa: E402
 from baxter_dynamics_ros.simulation.trajectories import PERIODS  # noqa: E402
-from rosbags.typesys import get_typestore, Stores  # noqa: E402
 
 FLOOR = 0.03  # [N m]; some of the paper's figures are below the noise of the sensors
 SUM = 0.1  # [N m]
 SETTINGS = PredictorSettings.from_parameters({'effort_model.coulomb': COULOMB})
 
 
-def read(bag):
-    """Return (topic, stamp [ns], names, position, velocity, effort) of a bag's joint states."""
-    rows = []
-    with rosbags.AnyReader(
-            [bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-        for connection, received, raw in reader.messages():
-            message = reader.deserialize(raw, connection.msgtype)
-            stamp = message.header.stamp.sec * 10 ** 9 + message.header.stamp.nanosec
-            assert received == stamp
-            rows.append((connection.topic, stamp, tuple(message.name), message.position,
-                         message.velocity, message.effort))
-    return rows
-
-
-def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys):
+def test_experiment_records_what_the_fake_baxter_publishes(tmp_path, capsys, read_bag):
     output = tmp_path / 'switch'
     output.mkdir()  # an empty folder is accepted
     command = (f'baxter_dynamics experiment switch -o {output} --rate 50 --duration 2 --arm left '
                '--seed 3')
     assert main(command.split()[1:]) == 0
-    rows = read(output / 'bag')
-    assert {row[0] for row in rows} == {'/robot/joint_states'}
+    ((topic, found),) = read_bag(output / 'bag').items()
+    assert topic == '/robot/joint_states'
     robot = FakeBaxter('left', 'switch', seed=3)
     robot.advance(3.0)  # once the trajectory has come up to speed
     expected = list(record(robot, 2.0, 50.0, 3))
-    assert len(rows) == len(expected)
-    assert sum(len(row[2]) == 17 for row in rows) == 100
-    for row, wanted in zip(rows, expected):
-        assert row[1:3] == wanted[:2]
-        np.testing.assert_array_equal(row[3:], wanted[2:])
+    assert sum(len(message.name) == 17 for _, message in found) == 100
+    for (received, message), (stamp, names, *fields) in zip(found, expected, strict=True):
+        sent = message.header.stamp
+        assert (sent.sec * 10 ** 9 + sent.nanosec, tuple(message.name)) == (stamp, names)
+        assert received == stamp
+        np.testing.assert_array_equal([message.position, message.velocity, message.effort], fields)
     first, *_, last = capsys.readouterr().out.strip().splitlines()
     assert first.startswith('recorded 100 joint states of 2.0 s on /robot/joint_states: ')
     assert first.endswith(f'{output}/bag')
@@ -76,20 +60,21 @@ def test_by_default_whole_periods_are_recorded_about_a_minute():
         assert (duration - 0.3) / PERIODS[trajectory] % 1.0 == pytest.approx(0.0, abs=1e-9)
 
 
-def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys, monkeypatch):
+def test_plan_is_written_and_tried_on_the_fake_baxter(tmp_path, capsys, monkeypatch, read_bag):
     monkeypatch.setattr(calibrate, '_REST', -55.0)  # the first 5 s are enough
     output = tmp_path / 'plan'
     assert main(['calibrate', '--plan', '-o', str(output), '--arm', 'left']) == 0
     assert sorted(path.name for path in output.iterdir()) == ['bag', 'plan.csv', 'trajectory.json']
     with open(output / 'plan.csv') as file:
         table = list(csv.DictReader(file))
-    rows = [row for row in read(output / 'bag') if len(row[2]) == 17]
-    assert len(rows) == 500
-    time = np.array([row[1] - 10 ** 18 for row in rows]) * 1e-9
+    found = [(received, dict(zip(message.name, message.position))) for received, message in
+             read_bag(output / 'bag')['/robot/joint_states'] if len(message.name) == 17]
+    assert len(found) == 500
+    time = np.array([received - 10 ** 18 for received, _ in found]) * 1e-9
     for i, name in enumerate(joint_names('left')):
         planned = np.interp(time, [float(line['time']) for line in table],
                             [float(line[name]) for line in table])
-        actual = np.array([row[3][row[2].index(name)] for row in rows])
+        actual = np.array([position[name] for _, position in found])
         assert np.abs(actual - planned).max() < 0.2  # the controller's lag
         assert np.ptp(actual) > 0.3
     printed = capsys.readouterr().out
