@@ -39,14 +39,21 @@ def test_picks_the_joints_by_name(side, arrange):
 
 
 @pytest.mark.parametrize('missing', [('velocity',), ('effort',), ('velocity', 'effort')])
-def test_missing_velocity_and_effort_are_none(selector, missing):
-    read = dict(zip(FIELDS, selector.read(SDK, **(values(SDK) | {f: EMPTY for f in missing}))))
-    wanted = values(joint_names('right'))
-    for field in FIELDS:
-        if field in missing:
-            assert read[field] is None
+@pytest.mark.parametrize('joint', [None, *joint_names('right')])  # with NaN; None: empty fields
+def test_missing_velocity_and_effort_are_none(selector, missing, joint):
+    message, wanted = values(SDK), values(joint_names('right'))
+    for field in missing:
+        if joint:
+            message[field][SDK.index(joint)] = np.nan
         else:
-            np.testing.assert_array_equal(read[field], wanted[field])
+            message[field] = EMPTY
+    for field, read in zip(FIELDS, selector.read(SDK, **message)):
+        if field in missing:
+            assert read is None
+        else:
+            np.testing.assert_array_equal(read, wanted[field])
+    message['position'][SDK.index(joint or 'right_s0')] = 7.0
+    assert selector.read(SDK, **message) is Event.IMPLAUSIBLE
 
 
 @pytest.mark.parametrize('names, event', [
@@ -80,19 +87,6 @@ def test_non_finite(selector, field, joint, value):
     if field != 'effort':
         message['effort'][SDK.index('right_e1')] = 1e9  # implausible, but not reported first
     assert selector.read(SDK, **message) is Event.NON_FINITE
-
-
-@pytest.mark.parametrize('joint', joint_names('right'))
-@pytest.mark.parametrize('field', ['velocity', 'effort'])
-def test_nan_velocity_or_effort_is_missing(selector, field, joint):
-    message = values(SDK)
-    message[field][SDK.index(joint)] = np.nan
-    read = dict(zip(FIELDS, selector.read(SDK, **message)))
-    assert read.pop(field) is None
-    for name, array in read.items():
-        np.testing.assert_array_equal(array, values(joint_names('right'))[name])
-    message['position'][SDK.index(joint)] = 7.0
-    assert selector.read(SDK, **message) is Event.IMPLAUSIBLE
 
 
 def test_prefix(selector):
