@@ -74,10 +74,8 @@ def record(truth=FRICTION, seed=0, duration=12.0, lag=0.014, motion=wander):
     fine = PERIOD / FINE * np.arange(round(duration / PERIOD) * FINE)
     t = fine[::FINE]
     q, qd, qdd = motion(seed, t)
-    presliding = np.zeros(q.shape)
-    if model.has_dahl:
-        state = Presliding(model.dahl_length)
-        presliding = np.array([state.update(row) for row in motion(seed, fine)[0]])[::FINE]
+    state = Presliding(model.presliding_length)
+    presliding = np.array([state.update(row) for row in motion(seed, fine)[0]])[::FINE]
     effort = model.effort(settings.model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd, presliding)
     effort, velocity, position = (
         values + deviation * rng.standard_normal(q.shape) for values, deviation in (

@@ -3,7 +3,7 @@
 from baxter_dynamics_ros.estimation.events import Event, RESETS
 from baxter_dynamics_ros.estimation.predictor import Predictor, Step
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import joint_names
+from baxter_dynamics_ros.model import joint_names, rms
 import numpy as np
 import perfect_robot
 import pytest
@@ -32,20 +32,14 @@ def play(predictor, messages, names=RIGHT) -> list:
     return [predictor.handle(stamp, names, *arrays).prediction for stamp, *arrays in messages]
 
 
-def rms_residual(predictions) -> np.ndarray:
-    """Return the RMS residual (7,) [N m]."""
-    residuals = [p.residual for p in predictions if p is not None]
-    return np.sqrt(np.mean(np.square(residuals), axis=0))
-
-
 @pytest.mark.parametrize('values', [{}, CALIBRATED, {'effort_model.enabled': False}],
                          ids=['default', 'calibrated', 'rigid'])
 def test_a_perfect_robot_has_no_residual(values):
     settings = PredictorSettings.from_parameters(values)
     messages = measured(settings)
-    predictions = play(Predictor(settings), messages)
+    residuals = [p.residual for p in play(Predictor(settings), messages) if p is not None]
     assert np.std([message[3] for message in messages], axis=0)[:4].min() > 0.3  # there is effort
-    assert (rms_residual(predictions) < 0.02).all()
+    assert (rms(residuals) < 0.02).all()
 
 
 @pytest.mark.parametrize('extra', [1.0, -1.0])

@@ -18,12 +18,7 @@ START = 10 ** 18
 OK, ERROR, STALE = b'\x00', b'\x02', b'\x03'
 DELAY = 0.014 + np.sqrt(2) / (2 * np.pi * 5)  # [s]
 EXTRA = np.array([1.0, -2.0, 3.0, -4.0, 0.5, -0.6, 0.7])  # [N m]
-
-
-@pytest.fixture
-def rows():
-    """Return 4 s of a perfect robot."""
-    return perfect_robot.rows(np.arange(0.0, 4.0, 0.01))
+ROWS = perfect_robot.rows(np.arange(0.0, 4.0, 0.01))
 
 
 def counts(robot, since=None):
@@ -33,7 +28,7 @@ def counts(robot, since=None):
             if key.startswith('reset')}
 
 
-def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predictor, rows):
+def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predictor):
     level, message, values = robot.report()['input']
     assert level == STALE
     assert message == 'no joint states received on /robot/joint_states; publishers: 1'
@@ -43,7 +38,7 @@ def test_missing_and_useless_input_is_one_warning_with_the_cause(robot, predicto
     for spoil, reason in ((np.degrees, 'units are rad, rad/s and N m'),
                           (lambda q: q * np.nan, 'NaN positions')):
         report = robot.move_until_report(lambda report: reason in report['input'][1],
-                                         [(spoil(q), *rest) for q, *rest in rows])
+                                         [(spoil(q), *rest) for q, *rest in ROWS])
         assert report['input'][0] == ERROR
         assert report['effort'][0] == STALE and 'valid' not in report['effort'][1]
         assert reason in predictor.output
@@ -61,8 +56,8 @@ def test_other_names_are_reported(robot, predictor):
 
 
 def test_publishes_residuals_of_a_moving_arm_and_finds_nothing_wrong(
-        robot, predictor, rows, stamps):
-    rows = [(q, qd, effort + EXTRA) for q, qd, effort in rows]
+        robot, predictor, stamps):
+    rows = [(q, qd, effort + EXTRA) for q, qd, effort in ROWS]
     last = robot.stream(rows)
     robot.until(lambda: len(robot.residual) == len(rows) - 21 == len(robot.predicted))
     assert stamps(robot.predicted) == stamps(robot.residual)
@@ -78,8 +73,8 @@ def test_publishes_residuals_of_a_moving_arm_and_finds_nothing_wrong(
         assert {status.hardware_id for status in message.status} == {'baxter_right_arm'}
 
 
-def test_filter_settles_after_a_gap_and_a_reset(robot, predictor, rows):
-    before, rows = counts(robot), rows[:60]
+def test_filter_settles_after_a_gap_and_a_reset(robot, predictor):
+    before, rows = counts(robot), ROWS[:60]
     settled = len(rows) - 21
     robot.stream(rows)
     robot.until(lambda: len(robot.predicted) == settled)

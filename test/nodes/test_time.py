@@ -13,16 +13,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 START = 10 ** 18  # [ns]
+EXTERNAL = '/torque_predictor/external_effort'
 DELAY = 0.014 + np.sqrt(2) / (2 * np.pi * 5)  # of predictions [s]
-
-
-@pytest.fixture
-def external(robot):
-    """Return the list in which messages of external effort gather."""
-    kept = []
-    robot.create_subscription(
-        JointState, '/torque_predictor/external_effort', kept.append, 1000)
-    return kept
 
 
 def nanoseconds(t) -> list:
@@ -30,7 +22,7 @@ def nanoseconds(t) -> list:
     return [START + round(x * 1e9) for x in t]
 
 
-def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external, stamps):
+def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, stamps):
     t = np.arange(0.0, 6.0, 0.01)
     arrivals = bursts(t)
     sent, messages = nanoseconds(arrivals), rows(t)
@@ -66,7 +58,8 @@ def test_times_of_arrival_are_recognised_and_re_timed(robot, predictor, external
     assert np.abs([m.effort for m in robot.residual][-400:]).max() < 0.3
 
 
-def test_zero_stamps_become_the_time_of_arrival(robot, predictor, external, stamps):
+def test_zero_stamps_become_the_time_of_arrival(robot, predictor, stamps):
+    external = robot.listen(JointState, EXTERNAL)
     begin = time.time_ns()
     _, problem, values = robot.move_until_report(
         lambda report: robot.residual and external and report['input'][0] == b'\x01',
@@ -80,8 +73,9 @@ def test_zero_stamps_become_the_time_of_arrival(robot, predictor, external, stam
     assert int(values['unstamped']) > 0
 
 
-def test_simulated_time_pauses_and_restarts(robot, external, stamps):
+def test_simulated_time_pauses_and_restarts(robot, stamps):
     robot.start_predictor('-p', 'use_sim_time:=true')
+    external = robot.listen(JointState, EXTERNAL)
     clock = robot.create_publisher(Clock, '/clock', 10)
     t = np.arange(0.0, 2.0, 0.01)
     messages = rows(np.arange(0.0, 20.0, 0.01))
