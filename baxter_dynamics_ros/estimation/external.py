@@ -20,7 +20,6 @@ from ..model import Array, Bools, N_JOINTS, Presliding
 LOWEST_RATE = 15.0  # sample rate below which contact is not reported [Hz]
 _RATE_TIME = 1.0  # averaging time of the sample rate [s]
 _RANGE = 3.5  # largest model error, in expected standard deviations of the residual at 1 rad/s
-_NO_JOINTS = np.zeros(N_JOINTS, dtype=bool)
 
 # Length that scales torques to forces: about the distance from the wrist to the hand frame [m].
 LEVER = 0.25
@@ -119,7 +118,7 @@ class ExternalEffort:
         self._last = t, q, qd, measured
         contact = self.detector.update(dt, effort, q)
         known = not self.detector.is_settling and not self.is_too_slow
-        joints = self.detector.joints if known and contact else _NO_JOINTS
+        joints = self.detector.joints if known and contact else np.zeros(N_JOINTS, dtype=bool)
         for array in (q, qd, effort, joints):
             array.setflags(write=False)
         return External(stamp_ns, q, qd, effort, contact if known else None, joints)
