@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .description import arm_description, hand_names
+from .description import arm_description, DescriptionError, hand_names
 from ..model import (ArgumentError, Array, EffortModel, finite, joint_names, N_JOINTS, Payload,
                      Presliding)
 from ..model.paper_tables import GRAVITY
@@ -77,7 +77,7 @@ class Plant:
         nominal = _compile(arm_description(side, description))
         self._nominal = nominal, mujoco.MjData(nominal)
         self._actual = self.model, mujoco.MjData(self.model)
-        self._presliding = Presliding(self.truth.dahl_length)
+        self._presliding = Presliding(self.truth.presliding_length)
         self._read_state()
 
     def _read_state(self) -> None:
@@ -103,12 +103,11 @@ class Plant:
 
     def step(self, motor: Array) -> None:
         """Advance by one time step under motor torques (7,) [N m]."""
-        truth = self.truth
-        presliding = self._presliding.update(self.q) if truth.has_dahl else None
+        friction = self.truth.friction(self.qd, self._presliding.update(self.q))
         applied = self.data.qfrc_applied
         applied[:] = 0.0
-        applied[self._joints] = (motor - self._spring - truth.friction(self.qd, presliding)
-                                 - truth.stiffness * self.q + self.torque)
+        applied[self._joints] = (motor - self._spring - friction - self.truth.stiffness * self.q
+                                 + self.torque)
         if self.force.any():
             mujoco.mj_applyFT(self.model, self.data, self.force, np.zeros(3),
                               self.data.xpos[self._hand], self._hand, applied)
@@ -120,14 +119,16 @@ class Plant:
         data.qpos[:] = self.data.qpos
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        result = np.zeros(model.nv)
-        mujoco.mj_rne(model, data, 0, result)
-        return result[self._joints]
+        mujoco.mj_rne(model, data, 0, data.qfrc_bias)
+        return data.qfrc_bias[self._joints]
 
 
 def _compile(urdf: str) -> mujoco.MjModel:
-    root_end = urdf.index('>', urdf.index('<robot')) + 1
-    model = mujoco.MjModel.from_xml_string(urdf[:root_end] + _COMPILER + urdf[root_end:])
+    try:
+        model = mujoco.MjModel.from_xml_string(urdf.replace('</robot>', _COMPILER + '</robot>'))
+    except ValueError as error:
+        reason = ' '.join(str(error).partition(', line')[0].split())  # lines of the arm alone
+        raise DescriptionError(f'MuJoCo refuses the robot description: {reason}') from None
     model.dof_damping[:] = 0.0  # the value 0.7 in the description was never measured
     return model
 
