@@ -4,7 +4,7 @@ from baxter_dynamics_ros import BaxterArm, EffortModel, JOINTS, Payload
 from baxter_dynamics_ros.estimation.explanation import ResidualExplainer
 from baxter_dynamics_ros.estimation.predictor import Prediction, Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import POSITION_UPPER
+from baxter_dynamics_ros.model.joints import POSITION_LOWER, POSITION_UPPER
 import numpy as np
 from perfect_robot import trajectory
 import pytest
@@ -125,9 +125,10 @@ def test_tilt():
     assert abs(sentence.value - 2.1) < 2.0 * sentence.deviation
 
 
-def test_joint_stop():
-    q, zero = np.where(np.array(JOINTS) == 'e0', POSITION_UPPER - 0.01, 0.3), np.zeros(7)
-    push = 8.0 * (np.array(JOINTS) == 'e0')
+@pytest.mark.parametrize('stop, inwards', [(POSITION_UPPER, -1.0), (POSITION_LOWER, 1.0)])
+def test_joint_stop(stop, inwards):
+    q, zero = np.where(np.array(JOINTS) == 'e0', stop + 0.01 * inwards, 0.3), np.zeros(7)
+    push = -8.0 * inwards * (np.array(JOINTS) == 'e0')
     assert explain(lambda *_: push, lambda t: (q, zero, zero), contact=True).text == (
         'e0 is at its joint stop and presses on it with 8.0 ± 0.3 N m')
     assert explain(lambda *_: -push, lambda t: (q, zero, zero)).kind != 'joint_stop'
