@@ -102,11 +102,11 @@ def listed(names: Iterable[str]) -> str:
 
 def read_arrays(path: Path, arm: str | None, prefix: str) -> list[ArrayRecording]:
     """Return the recordings in an .npz or .csv file; raise BagError if its contents are wrong."""
-    contents = _csv(path) if path.suffix == '.csv' else _npz(path)
+    contents = _csv(path, prefix) if path.suffix == '.csv' else _npz(path)
     _check(path, contents)
-    joints = [str(name) for name in np.ravel(contents['joint_names'])]
+    joints = [str(name).removeprefix(prefix) for name in np.ravel(contents['joint_names'])]
     if not set(JOINTS).isdisjoint(joints):
-        joints = [f'{prefix}{arm or "right"}_{joint}' for joint in joints]
+        joints = [f'{arm or "right"}_{joint}' for joint in joints]
     names = [str(name) for name in np.ravel(contents.get('recording_names', path.stem))]
     owner = contents.get('recording', np.zeros(len(contents['position']), int))
     nameless = (owner < 0) | (owner >= len(names))
@@ -118,8 +118,8 @@ def read_arrays(path: Path, arm: str | None, prefix: str) -> list[ArrayRecording
         rows = np.flatnonzero(owner == index)
         arrays = tuple(np.ascontiguousarray(contents[key][rows], float) for key in _ARRAYS)
         recordings.append(ArrayRecording(
-            name, choose_arm(f'{path}: {name}', set(joints), arm, prefix), joints,
-            _stamps_ns(contents, rows), arrays))
+            name, choose_arm(f'{path}: {name}', set(joints), arm, ''),
+            [prefix + joint for joint in joints], _stamps_ns(contents, rows), arrays))
     return recordings
 
 
@@ -135,9 +135,9 @@ def _npz(path: Path) -> dict[str, Any]:
     return contents
 
 
-def _csv(path: Path) -> dict[str, Any]:
+def _csv(path: Path, prefix: str) -> dict[str, Any]:
     with path.open(encoding='utf-8-sig') as file:
-        header = [name.strip() for name in file.readline().split(',')]
+        header = [name.strip().removeprefix(prefix) for name in file.readline().split(',')]
         time = next((name for name in ('time', 'stamp') if name in header), None)
         arms = [joints for joints in (JOINTS, *map(joint_names, SIDES))
                 if {f'{joint}_{key}' for joint in joints for key in _ARRAYS} <= {*header}]
@@ -182,4 +182,5 @@ def _stamps_ns(contents: dict[str, Any], rows: Any) -> Any:
         return _START + np.rint(np.arange(len(rows)) * period).astype(np.int64)
     stamps = contents['stamp'][rows]
     fraction, whole = np.modf(stamps.astype(np.result_type(stamps, float)))
-    return whole.astype(np.int64) * 10**9 + np.rint(fraction * 1e9).astype(np.int64)
+    stamps_ns = whole.astype(np.int64) * 10**9 + np.rint(fraction * 1e9).astype(np.int64)
+    return np.maximum(stamps_ns, 1)  # zero would mean unstamped
