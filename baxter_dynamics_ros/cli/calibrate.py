@@ -16,6 +16,8 @@ from ..calibration.calibration_results import Calibration
 from ..calibration.terms import OPTIONAL, TERMS
 from ..model import BaxterDynamicsError, joint_names, JOINTS
 
+_FITTING = *OPTIONAL, 'only', 'params', 'topic', 'force'  # options that --plan does not use
+_PLANNING = 'max_velocity', 'seed'  # options that only --plan uses
 _RATE = 100.0  # of the recording of --plan [Hz]
 _REST = 1.0  # [s] recorded after the end of the trajectory, until the arm is at rest
 
@@ -49,6 +51,10 @@ def main(args: argparse.Namespace) -> int:
     if args.plan == bool(args.bags):
         raise BaxterDynamicsError('--plan takes no recordings' if args.plan else
                                   'expected a recording, or --plan to make one')
+    for name in _FITTING if args.plan else _PLANNING:
+        if getattr(args, name):
+            raise BaxterDynamicsError(f'--{name.replace("_", "-")} is '
+                                      f'{"not used" if args.plan else "used only"} with --plan')
     if args.plan:
         return _plan(args)
     from ..calibration.calibrate_robot import calibrate
@@ -118,9 +124,8 @@ def _plan(args: argparse.Namespace) -> int:
     robot = FakeBaxter(arm, 'exciting', seed=args.seed)
     robot.reference = JointTrajectory(lambda t: motion(t)[0])
     record_bag(folder / BAG, robot, motion.duration + _REST, _RATE, args.seed)
-    plan, trajectory = folder / 'plan.csv', folder / 'trajectory.json'
-    write_plan(plan, arm, motion)
-    write_trajectory(trajectory, arm, motion)
+    write_plan(plan := folder / 'plan.csv', arm, motion)
+    write_trajectory(trajectory := folder / 'trajectory.json', arm, motion)
     say(f"for the SDK's joint_trajectory_file_playback.py: {plan}",
         f'trajectory_msgs/JointTrajectory for FollowJointTrajectory: {trajectory}',
         'Keep 1.2 m around the arm clear, and move both arms to the first waypoint by hand: '
