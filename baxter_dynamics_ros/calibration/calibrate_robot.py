@@ -51,7 +51,7 @@ def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | Non
     # Without the tilt, links or payload would absorb it.
     wanted = {'bias', *only, *asked, *(['tilt'] if asked else [])}
     *_, preliminary = choose(Problem(settings, terms, motions), wanted)
-    free, contacts, contact = _without_contact(motions, preliminary, fold)
+    free, contacts, contact = _without_contact(motions, preliminary, fold, wanted)
     problem = Problem(settings, terms, free, _robust(free, preliminary))
     steps, unidentifiable, _ = choose(problem, wanted)
     progress('cross-validating')
@@ -140,8 +140,8 @@ def _terms(settings: PredictorSettings, s1_range: tuple[float, float], only: Col
     return [term for term in terms if term.name in wanted], notices
 
 
-def _without_contact(motions: list[Motion], settings: PredictorSettings, fold: str
-                     ) -> tuple[list[Motion], list[Contact], list[Notice]]:
+def _without_contact(motions: list[Motion], settings: PredictorSettings, fold: str,
+                     wanted: Collection[str]) -> tuple[list[Motion], list[Contact], list[Notice]]:
     """Return motions without contact, the contacts unless they are too many, and a notice."""
     found = [find_contacts(motion.time, residual(motion, settings), motion.q,
                            motion.name if fold == 'recording' else '') for motion in motions]
@@ -155,8 +155,8 @@ def _without_contact(motions: list[Motion], settings: PredictorSettings, fold: s
     if left < 1.0 - MOST_CONTACT or not all(motion.duration > 0.0 for motion in free):
         return motions, [], [Notice(
             'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
-            f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact. '
-            'Does the hand carry a load (--payload)?', joints)]
+            f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact'
+            + ('' if 'payload' in wanted else '. Does the hand bear a load (--payload)?'), joints)]
     return free, contacts, [Notice('contact', 'contact is left out of the fit: '
                                    + '; '.join(map(str, contacts)), joints)]
 

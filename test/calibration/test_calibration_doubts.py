@@ -108,6 +108,9 @@ def test_contact_is_found_and_left_out():
     assert found.total.with_contact[2] > 2 * found.total.after[2]
     np.testing.assert_allclose(found.after.effort_model.bias,
                                clean.after.effort_model.bias, atol=0.02)
+    often = one.pushed(9.0 * np.eye(7)[2] * (time // 100 % 2))
+    large = str(warnings(calibrate([often, other], payload=True, only=ONLY)))
+    assert 'too large for the model' in large and '--payload' not in large
 
 
 @pytest.mark.parametrize('only', [(), ONLY], ids=['all terms', 'only'])
