@@ -131,9 +131,9 @@ def _refuse(motions: list[Motion]) -> None:
     """Raise CalibrationError with the reason if the data cannot be fitted."""
     counts: Counter[Any] = sum((motion.counts for motion in motions), Counter())
     taken = counts['taken']
-    if counts[Event.IMPLAUSIBLE] > taken:
-        raise CalibrationError(f'{counts[Event.IMPLAUSIBLE]} of {counts["received"]} joint states '
-                               f'hold {Event.IMPLAUSIBLE.remedy}')
+    for notice in event_notices(counts):
+        if notice.refuses:
+            raise CalibrationError(str(notice))
     if not taken:
         raise CalibrationError('no valid joint states of the arm: evaluate reports the reason')
     for event in (Event.EFFORT_ALL_ZERO, Event.EFFORT_MISSING):

@@ -6,7 +6,7 @@ report: report.html, its figures, summary.csv and summary.json.
 """
 
 import argparse
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 import shlex
@@ -41,8 +41,7 @@ def main(args: argparse.Namespace) -> int:
     if save_bag is not None and len(recordings) > 1:
         raise BaxterDynamicsError(f'--save-bag: expected one recording, got {len(recordings)}')
     evaluator, evaluations = Evaluator(settings), []
-    with ExitStack() as stack:
-        writer = stack.enter_context(new_bag(save_bag)) if save_bag else None
+    with new_bag(save_bag) if save_bag else nullcontext() as writer:
         for recording in recordings:
             with recording, progress(recording.count) as update:
                 evaluations.append(evaluator.evaluate(
@@ -84,10 +83,8 @@ def _print(evaluations: list[Evaluation], total: Statistics, assessment: Assessm
     for evaluation in evaluations:
         for notice in evaluation.notices:
             say(f'warning: {evaluation.name}: {notice}')
-    if not total.methods:
-        say('no valid effort: nothing to compare the prediction with')
+    if (errors := total.methods.get('lagrange_euler')) is None:
         return
-    errors = total.methods['lagrange_euler']
     say(f'{errors.count} predictions compared; e = measured - predicted effort '
         '(Lagrange-Euler) [N m]')
     columns = {'RMS': errors.rms, 'mean |e|': errors.mean_abs, 'signed mean': errors.signed_mean,

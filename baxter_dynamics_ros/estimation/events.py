@@ -65,7 +65,7 @@ class Event(Enum):
         'second publisher on the topic')
     RESET_POSITION_JUMP = (
         'reset_position_jump', 'positions jump faster than the arm can move: check for a second '
-        'publisher on the topic, or a simulated arm that was repositioned')
+        'publisher on the topic, a simulated arm that was repositioned, or angles that wrap')
     RESET_VELOCITY_SOURCE = (
         'reset_velocity_source', 'the velocity source changed between measured velocity and slope '
         'of the positions')
@@ -85,7 +85,7 @@ class Event(Enum):
     AWAITING_PERIOD = 'awaiting_period'
     SPRING_HELD = (
         'spring_held', 's1 is outside effort_model.spring_range: using the spring torque at the '
-        'limit, expect a residual at s1')
+        'limit, expect a residual at s1; convert angles from 0 to 2 pi to -pi to pi')
 
 
 # The message is dropped.

@@ -46,12 +46,6 @@ class Assessment(NamedTuple):
     advice: tuple[Advice, ...] = ()
 
 
-# Problem found by the data check -> command that continues after the remedy.
-_COMMANDS = {'no_springs': '{evaluate} --params {simulation}',
-             'springs': '{evaluate} --params {robot}',
-             'moved_by_hand': 'baxter_dynamics calibrate --plan'}
-
-
 def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: PredictorSettings,
            recordings: str) -> Assessment:
     """
@@ -59,16 +53,16 @@ def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: Predi
 
     The recordings are named with their options, as on the command line.
     """
-    problems = [problem for evaluation in evaluations if evaluation.check is not None
-                for problem in evaluation.check.problems if problem.kind != 'velocity_lag']
+    problems = [notice for evaluation in evaluations for notice in evaluation.notices
+                if notice.refuses or notice.kind == 'springs']
     evaluate = f'baxter_dynamics evaluate {recordings} --force'
     if problems:
         verdict = Verdict('wrong_data', 'The data do not match the model of these settings: '
                           f'{problems[0].finding}.', problems[0].joints)
         return Assessment(verdict, tuple(_corrections(problems, evaluations[0].arm, evaluate)))
     if 'lagrange_euler' not in total.methods:
-        return Assessment(Verdict('no_effort',
-                                  'There is no valid measured effort to compare with.'))
+        return Assessment(Verdict('no_effort', 'No prediction could be compared with a measured '
+                                  'effort: the warnings give the reason.'))
     verdict = _judge(total, settings)
     return Assessment(verdict, tuple(_improvements(verdict, evaluations, recordings, evaluate)))
 
@@ -95,10 +89,11 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
 
 def _corrections(problems: list[Notice], arm: str, evaluate: str) -> Iterator[Advice]:
     files = [_config(f'{side}_arm.yaml') for side in dict.fromkeys(('right', arm))]
+    after_remedy = {'no_springs': f'{evaluate} --params {_config("simulation.yaml")}',
+                    'springs': ' --params '.join([evaluate, *files]),
+                    'moved_by_hand': f'baxter_dynamics calibrate --plan --arm {arm}'}
     for kind, remedy in {problem.kind: problem.remedy for problem in problems}.items():
-        yield Advice(kind, f'{remedy[0].upper()}{remedy[1:]}.', _COMMANDS.get(kind, '').format(
-            evaluate=evaluate, simulation=_config('simulation.yaml'),
-            robot=' --params '.join(files)))
+        yield Advice(kind, f'{remedy[0].upper()}{remedy[1:]}.', after_remedy.get(kind, ''))
 
 
 def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recordings: str,
@@ -116,6 +111,7 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
             'payload', f'The residual is what {mass:.2f} kg at the hand would cause. Give the '
             'payload (payload.mass, payload.center_of_mass); that of the electric gripper with '
             'standard fingers, 0.36 kg, is in a file:',
+            '' if 'electric_gripper' in recordings else
             f'{evaluate} --params {_config("electric_gripper.yaml")}')
     if verdict.kind != 'calibrated':
         output = 'my_robot_new.yaml' if 'my_robot.yaml' in recordings else 'my_robot.yaml'

@@ -21,7 +21,9 @@ _ACCELERATES = 0.3  # standard deviation of an acceleration that is not just noi
 _BEARS_LOAD = np.arange(N_JOINTS) < 4  # a gripper multiplies the small torques of the wrist
 _MOVED_COST = 1.0  # minimum decrease of log variance per exchanged joint
 _SLIDING = 0.05  # width of the change of sign of friction [rad/s]
+_FEW = 0.1  # share of implausible joint states, of the others, that may be errors of transport
 _SAME = np.arange(N_JOINTS)
+_Found = tuple[str, Bools, str, str]  # kind, joints concerned (7,), finding, remedy
 
 
 @dataclass(frozen=True)
@@ -194,9 +196,6 @@ def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
                      remedy='check the period of the stamps and the source of velocities')
 
 
-_Found = tuple[str, Bools, str, str]  # kind, joints concerned (7,), finding, remedy
-
-
 def _exchanged(data: _Data, check: DataCheck) -> _Found:
     """Find efforts that fit the prediction of another joint, or two exchanged joints."""
     cost = _cost(data.measured[:, :, None] - data.predicted[:, None])  # [measured, predicted]
@@ -287,8 +286,9 @@ def event_notices(counts: Mapping[Any, int], recording: str = '') -> Iterator[No
     """Yield a notice for each event of a stream for which there is a remedy."""
     for event in Event:
         if event.remedy and counts.get(event):
-            yield Notice(event.value, f'{counts[event]} x {event.value}', recording=recording,
-                         remedy=event.remedy)
+            refuses = event is Event.IMPLAUSIBLE and counts[event] > _FEW * counts['taken']
+            yield Notice(event.value, f'{counts[event]} x {event.value}', (), recording, refuses,
+                         event.remedy)
 
 
 def _numbers(where: Bools, values: Array) -> str:

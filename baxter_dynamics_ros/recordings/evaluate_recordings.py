@@ -131,8 +131,9 @@ class _Run:
     def result(self, recording: Recording) -> Evaluation:
         """Return the results."""
         time, bands = self._bands.result()
-        check = self._check.result()
-        contacts = self._contacts(check)
+        is_wrong = any(notice.refuses for notice in event_notices(self.predictor.counts))
+        check = None if is_wrong else self._check.result()
+        contacts = [] if is_wrong else self._contacts(check)
         stamps = stamp_statistics(np.concatenate(self._dt))
         return Evaluation(
             **vars(self._statistics[0].result()), name=recording.name, topic=recording.topic,
@@ -170,6 +171,6 @@ class _Run:
                          f'{100 * stamps.irregularity:.0f} %. They appear to be times of arrival, '
                          "which blur the accelerations: record with the robot's own stamps")
         elif stamps.lost and not counts[Event.REPEATED_STAMP]:
-            yield Notice('lost', f'{stamps.lost} messages are lost: stamps are missing from their '
-                         f'regular period of {1e3 * stamps.period:.1f} ms')
+            yield Notice('lost', f'{stamps.lost} messages are lost or dropped: stamps are missing '
+                         f'from their regular period of {1e3 * stamps.period:.1f} ms')
         yield from event_notices(counts)

@@ -55,7 +55,7 @@ def test_pages_fetch_nothing_and_escape_names(pages, kind):
     ('rich', {'gain', 'parameters', 'spring'}, [
         'Left arm of a Baxter robot · 30 recordings · 30.0 s · 4,000 samples · 39 parameters',
         "torque_predictor --ros-args --params-file 'my robot.yaml'",
-        "baxter_dynamics evaluate BAG --params 'my robot.yaml'",
+        "evaluate BAG --params 'my robot.yaml'", 'calibrate --plan --arm left',
         '22 warnings s1 sweeps w2: never moves =<script>']),
     ('poor', {'gain'}, ['1 recording in 5 parts · 25.0 s ·', '0 parameters', 'No warnings',
                         '--params-file their.yml', 'No parameter was fitted',
