@@ -14,7 +14,7 @@ from .step_statistics import MAX_AGE, StepStatistics
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
-from ..model import JOINTS, names_of, printable
+from ..model import first_names, JOINTS, names_of
 
 LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
 _LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]
@@ -56,6 +56,7 @@ class PredictorDiagnostics:
         types = sorted({publisher.topic_type for publisher in
                         self.node.get_publishers_info_by_topic(self.topic)})
         selector, lost = self.predictor.stream.selector, self.statistics.since('lost')
+        seen = first_names([name[:40] for name in selector.other_names or ()], _SHOWN)
         problems = self._remedies(_INPUT_EVENTS)
         mismatch = self.predictor.stream.velocity_check.mismatch
         if mismatch is not None and problems:
@@ -70,19 +71,18 @@ class PredictorDiagnostics:
              'publishers': self.node.count_publishers(self.topic),
              'types seen': ', '.join(types) or 'none',
              'joints looked for': ' '.join(selector.names),
-             'other joints seen': _listed(selector.other_names or ()) or 'none',
+             'other joints seen': seen or 'none',
              **self._counts('lost', 'received', *_INPUT_EVENTS)},
             # Stale with problems: messages arrive but none is valid.
             (problems, ERROR if self._is_stale else WARN, '; '.join(problems)),
-            (self._is_stale, STALE, self._cause_of_silence(types)),
+            (self._is_stale, STALE, self._cause_of_silence(types, seen)),
             (True, OK, f'receiving joint states on {self.topic}'))
 
-    def _cause_of_silence(self, types: list[str]) -> str:
-        """Return why no joint states of the arm arrive."""
+    def _cause_of_silence(self, types: list[str], seen: str) -> str:
+        """Return why no joint states of the arm arrive, given types and joints that do."""
         topic, selector = self.topic, self.predictor.stream.selector
         wanted = f'; looking for {selector.names[0]} ... {selector.names[-1]}'
         if self.statistics.since(Event.NOT_THIS_ARM) and selector.other_names is not None:
-            seen = _listed(selector.other_names)
             return (f'joint states on {topic} contain {seen}{wanted} (parameters arm and '
                     'joint_prefix)' if seen else
                     f'joint states on {topic} have no joint names{wanted}')
@@ -199,10 +199,3 @@ class PredictorDiagnostics:
     def _counts(self, *events: Event | str) -> dict[str, object]:
         return {event.value if isinstance(event, Event) else event: self.statistics.counts[event]
                 for event in events}
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    """Return the first names of a message, with unprintable characters escaped."""
-    shown = [printable(name[:40]) for name in names[:_SHOWN]]
-    more = len(names) - len(shown)
-    return ', '.join(shown) + (f' and {more} more' if more > 0 else '')

@@ -14,12 +14,12 @@ from rosbags.typesys import Stores
 import zstandard
 
 from .bag_files import Channel, JOINT_STATE, open_bag, reading, type_store
-from .recording import (BagError, choose_arm, listed, read_arrays, RecordedState, Recording,
-                        sides_of, USUAL_TOPIC)
+from .recording import (BagError, choose_arm, read_arrays, RecordedState, Recording, sides_of,
+                        USUAL_TOPIC)
 from ..estimation.predictor import Predictor
 from ..estimation.settings import PredictorSettings
 from ..files import staged
-from ..model import ArrayLike
+from ..model import ArrayLike, first_names
 
 _PEEK = 1000  # messages read to find the arms on a topic; more until there is one
 _PADDING = (0, 4, 8)  # bytes that some writers append to a message
@@ -86,8 +86,9 @@ class BagRecording(Recording):
         candidates = sorted({channel.topic for channel in self._channels
                              if topic in (None, channel.topic) and channel.is_readable})
         if not candidates:
-            kinds = listed({f'{channel.topic} ({channel.kind}, {channel.encoding})'
-                            for channel in self._channels})
+            kinds = first_names(sorted({
+                f'{channel.topic} ({channel.kind}, {channel.encoding})'
+                for channel in self._channels}))
             raise BagError(f'{self.path}: no joint states in CDR or ROS 1 encoding'
                            f'{f" on {topic}" if topic else ""}; it has {kinds or "no messages"}')
         names = {each: self._joints(each, arm, prefix) for each in candidates}

@@ -13,10 +13,9 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from .recording import listed
 from ..estimation.settings import DEFAULTS, PredictorSettings, SETTINGS
 from ..files import write_file
-from ..model import ArgumentError, BaxterDynamicsError, printable, Setting
+from ..model import ArgumentError, BaxterDynamicsError, first_names, printable, Setting
 from ..model.setting import TYPE_WORDS
 
 NODE = '/torque_predictor'
@@ -76,8 +75,8 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
     names = ', '.join(map(str, paths))
     given = _parameters_of(nodes, '/' + node.strip('/'))
     if paths and not given:
-        warn(f'{names}: no parameters for {node}, only for {listed(nodes) or "no node"}: using '
-             'the defaults')
+        warn(f'{names}: no parameters for {node}, only for '
+             f'{first_names(sorted(nodes)) or "no node"}: using the defaults')
     try:
         ignored = _ignored(given)
         values = {name: given[name] for name in DEFAULTS if name in given}
@@ -85,7 +84,8 @@ def read_parameters(paths: str | Path | Iterable[str | Path], node: str = NODE,
     except BaxterDynamicsError as error:
         raise ParameterFileError(f'{names}: {error}') from None
     if ignored:
-        warn(f'{names}: ignoring {listed(ignored)}: not parameters of the predictor')
+        warn(f'{names}: ignoring {first_names(sorted(ignored))}: not parameters of '
+             'the predictor')
     return values
 
 

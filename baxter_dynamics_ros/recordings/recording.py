@@ -1,6 +1,6 @@
 """Recordings: joint states of one arm in their order; those in .npz and .csv files."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import chain
@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..model import Array, BaxterDynamicsError, joint_names, JOINTS, SIDES
+from ..model import Array, BaxterDynamicsError, first_names, joint_names, JOINTS, SIDES
 
 USUAL_TOPIC = '/robot/joint_states'
 
-_SHOWN = 8  # names in a message
 _START = 10**18  # stamp of the first joint state where only the period is known [ns]
 _ARRAYS = ('position', 'velocity', 'effort')
 _KEYS = (*_ARRAYS, 'joint_names', 'names', 'period', 'stamp', 'recording', 'recording_names')
@@ -79,7 +78,8 @@ def choose_arm(where: str, names: set[str], arm: 'str | None', prefix: str) -> s
     """Return the requested arm, or the only one, among recorded joints; raise BagError."""
     sides = sides_of(names, arm, prefix)
     if not sides:
-        found = f'only {listed(names)}' if names else 'its joint states name no joints'
+        found = (f'only {first_names(sorted(names))}' if names else
+                 'its joint states name no joints')
         raise BagError(f'{where} has no joints of {f"the {arm}" if arm else "an"} arm'
                        f'{f" with the prefix {prefix}" if prefix else ""}, {found}')
     if len(sides) > 1:
@@ -91,13 +91,6 @@ def sides_of(names: set[str], arm: 'str | None', prefix: str) -> list[str]:
     """Return the sides whose joints, with the prefix, are among the names; only arm if given."""
     return [side for side in SIDES if arm in (None, side)
             and any(prefix + joint in names for joint in joint_names(side))]
-
-
-def listed(names: Iterable[str]) -> str:
-    """Return the first names in alphabetical order, and the number of the others."""
-    names = sorted(names)
-    more = f' and {len(names) - _SHOWN} more' if len(names) > _SHOWN else ''
-    return ', '.join(names[:_SHOWN]) + more
 
 
 def read_arrays(path: Path, arm: str | None, prefix: str) -> list[ArrayRecording]:
