@@ -8,15 +8,6 @@ import pytest
 
 # ---- which stamps are used
 
-@pytest.mark.parametrize('arrivals', [stalled(made(100.0, 3.0)), np.tile([-9e9, 9e9], 10)],
-                         ids=['bursts', 'wild'])
-def test_mode_header_returns_all_stamps(arrivals):
-    retiming = Retiming('header')
-    stamps = [round(x * 1e9) for x in arrivals]
-    assert [retiming.update(stamp, True) for stamp in stamps] == stamps
-    assert not retiming.retimed and retiming.period is None and retiming.jitter is None
-
-
 ROBOTS = {f'{rate:.0f} Hz': made(rate, 20.0) for rate in (38.0, 1000.0)} | {
     'a fifth lost': lossy(100.0, 0.2),
     'most lost': lossy(1000.0, 0.9),
@@ -32,12 +23,16 @@ ROBOTS = {f'{rate:.0f} Hz': made(rate, 20.0) for rate in (38.0, 1000.0)} | {
 }
 
 
-@pytest.mark.parametrize('t', ROBOTS.values(), ids=ROBOTS.keys())
-def test_robots_stamps_are_used(t):
-    retiming = Retiming('auto')
+@pytest.mark.parametrize('mode, t', [
+    *(('auto', t) for t in ROBOTS.values()),
+    ('header', stalled(made(100.0, 3.0))), ('header', np.tile([-9e9, 9e9], 10))],
+    ids=[*ROBOTS, 'mode header', 'mode header, wild'])
+def test_robots_stamps_are_used_and_all_in_mode_header(mode, t):
+    retiming = Retiming(mode)
     stamps = [START + round(x * 1e9) for x in t]
     assert [retiming.update(stamp, True) for stamp in stamps] == stamps
     assert not retiming.retimed and retiming.resyncs == 0
+    assert retiming.period is None and retiming.jitter is None
 
 
 def test_repeated_data_are_no_evidence():
