@@ -17,7 +17,7 @@ from perfect_robot import measured, sum_of_sines
 from pinocchio_engine import PinocchioEngine
 import pytest
 
-pytest.register_assert_rewrite('arrivals', 'played')
+pytest.register_assert_rewrite('arrivals', 'played', 'recordings.joint_states')
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SHARED = REPOSITORY.parent / 'shared'

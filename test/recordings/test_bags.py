@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recordings.joint_states import GRIPPER, KINDS, LEFT, RIGHT, ROBOT, START, states, TOPIC
+from recordings.joint_states import (assert_played, GRIPPER, KINDS, LEFT, RIGHT, ROBOT, START,
+                                     states, TOPIC)
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bag_files import type_store  # noqa: E402, I100
@@ -18,18 +19,6 @@ import zstandard  # noqa: E402
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 STATES = states(40)
-
-
-def assert_played(recording, messages):
-    """Assert that a recording yields the joint states in messages, all and in this order."""
-    played = list(recording)
-    assert len(played) == recording.count == len(messages)
-    for state, (_, received_ns, (stamp_ns, names, *arrays)) in zip(played, messages):
-        assert (state.stamp_ns, tuple(state.names)) == (stamp_ns, tuple(names))
-        assert state.received_ns == received_ns
-        for array, wanted in zip(state[2:5], arrays):
-            assert array.dtype == np.float64
-            np.testing.assert_array_equal(array, wanted)
 
 
 @pytest.mark.parametrize('kind, compression', [

@@ -5,7 +5,7 @@ import os
 from baxter_dynamics_ros.model.joints import JOINTS
 import numpy as np
 import pytest
-from recordings.joint_states import LEFT, RIGHT
+from recordings.joint_states import assert_played, LEFT, RIGHT
 
 pytest.importorskip('rosbags', reason='reading bags needs rosbags: pip install rosbags')
 from baxter_dynamics_ros.recordings.bags import open_recordings  # noqa: E402, I100
@@ -35,14 +35,9 @@ def save(tmp_path):
 
 def assert_rows(recording, contents, rows, stamps_ns):
     """Assert that an open recording yields these rows of the arrays, at these stamps."""
-    played = list(recording)
-    assert recording.count == len(played) == rows.stop - rows.start
-    assert [state.stamp_ns for state in played] == list(stamps_ns)
-    for i, key in enumerate(('position', 'velocity', 'effort'), 2):
-        np.testing.assert_array_equal(
-            np.reshape([state[i] for state in played], (-1, 7)), contents[key][rows])
-    for state in played:
-        assert (tuple(state.names), state.received_ns) == (LEFT, state.stamp_ns)
+    arrays = (contents[key][rows] for key in ('position', 'velocity', 'effort'))
+    assert_played(recording, [('', stamp, (stamp, LEFT, *row))
+                              for stamp, *row in zip(stamps_ns, *arrays, strict=True)])
 
 
 def test_npz_with_several_recordings(contents, save):
