@@ -98,6 +98,7 @@ def test_nan_effort_of_gazebo_gives_predictions_and_no_residual(robot, predictor
         fields = [[row[k][arm.index(name)] if name in arm else np.nan for name in names]
                   for row in (q, qd)]
         robot.send(START + k * 10_000_000, names, *fields, [np.nan] * 17)
+        robot.spin(0.015)  # diagnostics are due meanwhile
     robot.until(lambda: len(robot.predicted) == len(q) - 21)
     report = robot.report()
     assert not robot.residual and not contact
