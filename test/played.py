@@ -56,7 +56,7 @@ def play(messages, mode) -> Run:
     for i, message in enumerate(messages):
         step = run.predictor.handle(*message)
         if step.prediction is not None:
-            assert step.delay == pytest.approx(DELAY, abs=1e-6)
+            assert step.delay_of(step.estimate) == pytest.approx(DELAY, abs=1e-6)
             run.predictions[i] = step.prediction
         if step.external is not None:
             run.external[i] = step.external

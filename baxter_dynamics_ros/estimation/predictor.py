@@ -36,17 +36,8 @@ class Step(NamedTuple):
     prediction: 'Prediction | None' = None
     external: 'External | None' = None
 
-    @property
-    def delay(self) -> 'float | None':
-        """Time from the instant of the estimate to the measured state [s]."""
-        return self._since(self.estimate)
-
-    @property
-    def external_delay(self) -> 'float | None':
-        """Time from the instant of the external torque to the measured state [s]."""
-        return self._since(self.external)
-
-    def _since(self, result: 'Estimate | External | None') -> 'float | None':
+    def delay_of(self, result: 'Estimate | External | None') -> 'float | None':
+        """Return the time from the instant of a result to the measured state [s]."""
         if self.state is None or result is None:
             return None
         return float(self.state.stamp_ns - result.stamp_ns) * 1e-9

@@ -104,8 +104,8 @@ class PredictorDiagnostics:
             values['period [s]'] = f'{clock.period:.6f}'
             values['jitter of arrival [s]'] = f'{clock.jitter:.4f}'
         for result, delay, nominal in (
-                ('predictions', predicted.delay, estimator.delay),
-                ('external effort', accepted.external_delay, estimator.velocity_lag)):
+                ('predictions', predicted.delay_of(predicted.estimate), estimator.delay),
+                ('external effort', accepted.delay_of(accepted.external), estimator.velocity_lag)):
             values[f'delay of {result} [s]'] = f'{nominal if delay is None else delay:.4f}'
         return first_case(
             {**values, **self._counts(Event.AWAITING_PERIOD)},

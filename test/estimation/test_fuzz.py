@@ -123,7 +123,7 @@ class Life(stateful.RuleBasedStateMachine):
             assert_sound(*(x for x in prediction[1:] if x is not None))
             assert prediction.stamp_ns <= step.state.stamp_ns
             assert before is None or step.begins or prediction.stamp_ns > before.stamp_ns
-            assert 0.0 <= step.delay < 3.0  # [s]
+            assert 0.0 <= step.delay_of(step.estimate) < 3.0  # [s]
         if external is not None:
             assert_sound(external.q, external.qd, external.effort)
             self.contact += bool(external.contact)

@@ -101,8 +101,8 @@ def test_a_step_holds_all_results_of_a_message():
         assert step.state.stamp_ns == stamp
         np.testing.assert_array_equal(step.state.q, arrays[0])
         assert (step.external is None) == (k < 2) and (step.prediction is None) == (k < 21)
-    assert step.delay == pytest.approx(DELAY * 1e-9, abs=1e-9)
-    assert step.external_delay == pytest.approx(0.014, abs=1e-9)
+    assert step.delay_of(step.estimate) == pytest.approx(DELAY * 1e-9, abs=1e-9)
+    assert step.delay_of(step.external) == pytest.approx(0.014, abs=1e-9)
     assert predictor.estimate(stamp + 10 * MS, RIGHT, *arrays).prediction is None
     for after, names, event in ((9, RIGHT, Event.OUT_OF_ORDER),
                                 (20, joint_names('left'), Event.NOT_THIS_ARM)):
