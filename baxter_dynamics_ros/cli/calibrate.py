@@ -32,17 +32,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='also fit the inertial parameters of the links, within physical '
                         'limits')
     parser.add_argument('--payload', action='store_true',
-                        help='also fit the mass and the center of mass of the tool')
+                        help='also fit the mass and the centre of mass of a payload')
     parser.add_argument('--only', nargs='+', default=(), metavar='TERM',
                         choices=(*TERMS, *OPTIONAL),
                         help='fit these terms only, whether or not they improve the prediction: '
                         + ', '.join((*TERMS, *OPTIONAL)))
     parser.add_argument('--plan', action='store_true',
-                        help='instead of calibrating, write an exciting trajectory of one minute '
-                        'to a file and run it on the fake Baxter')
+                        help='write an exciting trajectory of one minute and run it on the fake '
+                        'Baxter, instead of calibrating')
     parser.add_argument('--max-velocity', type=number(0.1, 10.0, 'rad/s'), metavar='RAD/S',
-                        help='with --plan: slow the trajectory down to this joint velocity, such '
-                        'as 0.4 for robots that abort faster motion (default: 2.1, its own)')
+                        help='with --plan: maximum joint velocity, such as 0.4 for robots that '
+                        'abort faster motion (default: 2.1, the original)')
     add(parser, '--seed', help='with --plan: seed of the sensor noise (default: %(default)s)')
 
 

@@ -1,8 +1,8 @@
 """
 Run the predictor on a fake Baxter and show the residual.
 
-Starts both as separate processes, compares the predicted with the measured effort, calls both
-services, and saves a figure.
+Compares the predicted with the measured effort, calls the services gravity_torques and
+inverse_dynamics, and saves a figure.
 """
 
 import argparse
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--output', default='baxter_dynamics_demo.png', metavar='FILE',
                         help='figure to save: .png, .pdf or .svg (default: %(default)s)')
     parser.add_argument('--panel', action='store_true',
-                        help='show both in the web browser until Ctrl-C instead of comparing them')
+                        help='show the panel in the web browser instead of comparing')
     add(parser, '--arm')
 
 

@@ -34,11 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('-o', '--output', metavar='DIR',
                         help='new folder for the bag and the report '
                         '(default: baxter_experiment_TRAJECTORY)')
-    parser.add_argument('--rate', type=float, choices=(50.0, 100.0), default=100.0,
-                        help='joint states per second; the paper has 50 (default: 100)')
+    parser.add_argument('--rate', type=float, choices=(50.0, 100.0), default=100.0, metavar='HZ',
+                        help='joint states per second: 50, as in the paper, or 100 (default)')
     parser.add_argument('--duration', type=number(2, 3600, 'seconds'), metavar='SECONDS',
-                        help='length of the recording (default: whole periods of the trajectory, '
-                        'about a minute)')
+                        help='duration of the recording (default: whole periods, about a minute)')
     add(parser, '--arm')
     add(parser, '--seed')
 

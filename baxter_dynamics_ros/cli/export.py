@@ -1,5 +1,5 @@
 """
-Write the closed form of the arm's dynamics in another language.
+Export the arm's dynamics as C, Python, MATLAB, LaTeX or URDF.
 
 The files stand alone, describe their inputs and outputs, and hold the arm's parameters as data.
 """
@@ -27,9 +27,9 @@ _LANGUAGES = {'c': sources.c_files, 'python': sources.python_files, 'matlab': so
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics export``."""
     parser.add_argument('language', nargs='?', choices=(*_LANGUAGES, 'urdf'),
-                        help='language to write; python is for floats, NumPy, CasADi, SymPy, JAX '
-                        "and PyTorch; urdf is the manufacturer's description with the arm's "
-                        'masses, inertias and friction')
+                        help='the closed form in a language (python accepts floats, NumPy, '
+                        'CasADi, SymPy, JAX and PyTorch), or urdf: the description '
+                        "of the manufacturer with the arm's masses, inertias and friction")
     parser.add_argument('-o', '--output', metavar='PATH',
                         help='folder, or name of the file if there is only one (default: '
                         'baxter_dynamics_LANGUAGE)')
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Write the closed form in another language, or print the base parameters."""
+    """Export the arm's dynamics, or print the base parameters."""
     if args.base_parameters == bool(args.language):
         raise BaxterDynamicsError('expected either a language or --base-parameters')
     if args.base_parameters and args.output is not None:

@@ -56,9 +56,9 @@ def add_predictor(parser: argparse.ArgumentParser) -> None:
 def add_parameters(parser: argparse.ArgumentParser, text: str) -> None:
     """Add ``--params`` and ``--node``; see :func:`read_settings`."""
     parser.add_argument('--params', metavar='FILE', action='append', default=[],
-                        help=f'parameter file of torque_predictor, {text}; given several times, '
+                        help=f'parameter file of torque_predictor, {text}; may be repeated, and '
                         'later files override earlier ones')
-    add(parser, '--node', help='node to read the parameters of (default: %(default)s)')
+    add(parser, '--node', help='node in FILE to read the parameters of (default: %(default)s)')
 
 
 def add_recordings(parser: argparse.ArgumentParser, nargs: str = '+') -> None:
@@ -67,7 +67,7 @@ def add_recordings(parser: argparse.ArgumentParser, nargs: str = '+') -> None:
                         help='a rosbag2 (MCAP or SQLite), a ROS 1 bag, an .npz or a .csv file')
     add(parser, '--arm', default=None, help='arm (default: the only one in the recording)')
     add(parser, '--topic', default=None,
-        help='topic of the joint states (default: /robot/joint_states)')
+        help='topic of the joint states (default: /robot/joint_states, or the only one)')
     add_parameters(parser, 'such as the result of a calibration')
     parser.add_argument('--force', action='store_true', help='replace existing output')
 

@@ -125,7 +125,7 @@ def _ignore_signals() -> None:
 
 def _reject_arguments(make_node: Callable[[], Node], name: str, args: list[str]) -> None:
     parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=(
-        'Settings are ROS parameters: --ros-args -p name:=value, or --params-file FILE.'))
+        'ROS parameters: --ros-args -p NAME:=VALUE, or --ros-args --params-file FILE.'))
     _, rest = parser.parse_known_args(remove_ros_args(args)[1:])
     if rest:
         given = ' '.join(args[1:])  # without -p, rcl treats name:=value as a remap rule
