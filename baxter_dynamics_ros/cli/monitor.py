@@ -21,6 +21,7 @@ from ..nodes.messages import stamp_ns
 _STALE_AFTER = 1.0  # [s] without a message
 _STATUS_STALE_AFTER = 3.0  # [s]; they are published once a second
 _RATE_WINDOW = 2.0  # [s]
+_BATCH = 1e-3  # longest time in which a batch of messages is received [s]
 _DISCOVERY_PERIOD = 0.5  # [s]
 _GRACE = 2.0  # [s] before a missing predictor is reported
 # Topic below the predictor's name -> type.
@@ -80,7 +81,8 @@ class MonitoredPredictor:
 
     def _rate(self, topic: str, now: float) -> float:
         times = [receipt for receipt, _ in self._recent[topic] if receipt >= now - _RATE_WINDOW]
-        return (len(times) - 1) / (now - times[0]) if len(times) > 1 else 0.0
+        later = sum(receipt > times[0] + _BATCH for receipt in times)
+        return later / (now - times[0]) if later else 0.0
 
     def efforts(self, now: float) -> Array:
         """
