@@ -122,14 +122,16 @@ class ResidualExplainer:
                                         model.coupled(np.array(torques)).T))
 
     def explain(self) -> Explained:
-        """Return what explains the residuals of the last ten seconds."""
+        """Return an explanation of the residuals of the last ten seconds."""
         samples = [sample for sample in self._samples if not sample.contact]
         if len(samples) < _LEAST:
             samples = list(self._samples)
         if len(samples) < _LEAST:
             return _TOO_FEW
-        return (_joint_stop(samples[-_LEAST // 2:])
-                or _compare(_Regression(samples), self._arm.payload.mass))
+        found = (_joint_stop(samples[-_LEAST // 2:])
+                 or _compare(_Regression(samples), self._arm.payload.mass))
+        left_out = ' (contact left out)' * (len(samples) < len(self._samples))
+        return found._replace(text=found.text + left_out)
 
 
 class _Fit(NamedTuple):
@@ -221,8 +223,8 @@ def _payload(fit: _Fit, payload_mass: float) -> Explained:
     spread = np.sqrt(np.diag(gradient @ covariance @ gradient.T))
     if (np.abs(center) > _REACH + 2.0 * spread).any():
         return _UNEXPLAINED
-    what = '' if mass > 0.0 else 'a payload lighter by '
-    text = f'residual is what {what}{abs(mass):.2f} ± {sd:.2f} kg at the hand would cause'
+    change = '' if mass > 0.0 else 'a payload lighter by '
+    text = f'residual is consistent with {change}{abs(mass):.2f} ± {sd:.2f} kg at the hand'
     return Explained('payload', text, None, mass, sd, PayloadEstimate(mass, center, sd, spread))
 
 

@@ -26,14 +26,14 @@ def motion(t):
     return [x[0] for x in trajectory([t])]
 
 
-def explain(residual, at=motion, model=None, arm=None, contact=False, seconds=10):
+def explain(residual, at=motion, model=None, arm=None, contact=(), seconds=10):
     """Return what explains a residual, a function of q, qd and qdd, during some seconds."""
     model = model or EffortModel(deviation=DEVIATION)
     explainer = ResidualExplainer(arm or BaxterArm(), model)
     for k in range(20 * seconds):
         state = at(0.05 * k)
         explainer.add(Prediction(k * 50_000_000, *state, *np.zeros((2, 7)), residual(*state),
-                                 model.deviation_at(*state[1:])), contact)
+                                 model.deviation_at(*state[1:])), k in contact)
     return explainer.explain()
 
 
@@ -129,7 +129,7 @@ def test_tilt():
 def test_joint_stop(stop, inwards):
     q, zero = np.where(np.array(JOINTS) == 'e0', stop + 0.01 * inwards, 0.3), np.zeros(7)
     push = -8.0 * inwards * (np.array(JOINTS) == 'e0')
-    assert explain(lambda *_: push, lambda t: (q, zero, zero), contact=True).text == (
+    assert explain(lambda *_: push, lambda t: (q, zero, zero), contact=range(200)).text == (
         'e0 is at its joint stop and presses on it with 8.0 ± 0.3 N m')
     assert explain(lambda *_: -push, lambda t: (q, zero, zero)).kind != 'joint_stop'
 
@@ -137,10 +137,10 @@ def test_joint_stop(stop, inwards):
 def test_noise_and_few_samples_are_not_explained(rng):
     sentence = explain(lambda *_: rng.normal(0.0, DEVIATION))
     assert (sentence.kind, sentence.text) == ('none', 'residual is within the expected deviation')
+    assert explain(lambda q, *_: 0.0 * q, contact=range(150)).text.endswith(' (contact left out)')
     elsewhere = explain(lambda q, *_: 9.0 * np.sin(40.0 * q))
     assert elsewhere.kind == 'unexplained'
-    explainer = ResidualExplainer(BaxterArm(), EffortModel())
-    assert explainer.explain().text == FEW
+    assert ResidualExplainer(BaxterArm(), EffortModel()).explain().text == FEW
 
 
 def test_residuals_before_effort_went_missing_are_forgotten():
