@@ -34,7 +34,7 @@ _COLUMNS = ('joint', 'measured\n[N m]', 'predicted\n[N m]', 'residual\n[N m]',
 _HELP = """\
 residual  measured minus predicted effort
 range     95 % of the residuals of free motion lie within it; red: beyond it
-external  torque of the surroundings on the joint, estimated without acceleration
+external  torque of the environment on the joint, estimated without acceleration
 bold      joint in contact
 q quits, ? hides this help"""
 

@@ -58,9 +58,9 @@ class ContactSettings(Group, prefix='contact.'):
         (2.5, 1.0, 1.0, 0.6, 0.25, 0.4, 0.3), 'Minimum contact threshold per joint.', 'N m',
         0.001, 100.0)
     limit: Floats = setting(
-        (4.0, 5.0, 4.0, 2.5, 1.2, 1.5, 0.8), 'Largest model error per joint, or 3.5 '
-        'expected deviations if less. Contact with a larger external torque is reported however '
-        'long it lasts.', 'N m', 0.001, 100.0)
+        (4.0, 5.0, 4.0, 2.5, 1.2, 1.5, 0.8), 'Largest expected model error per joint, or 3.5 '
+        'expected deviations if smaller. Contact with a larger external torque is reported as '
+        'long as it lasts.', 'N m', 0.001, 100.0)
     sigmas: float = setting(
         3.6, 'Contact threshold in standard deviations of the free-motion residual.', '',
         1.0, 100.0)

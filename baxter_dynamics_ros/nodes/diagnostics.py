@@ -19,7 +19,7 @@ from ..model import first_names, JOINTS, names_of
 LONG_CONTACT = 30.0  # duration of contact that suggests a load missing from the model [s]
 _LOCKS_WITHIN = 3.0  # time in which re-timing normally finds the period [s]
 _GRACE = 2.0  # time allowed beyond the settling time of the filter [s]
-_SAMPLES_PER_CYCLE = 4  # minimum number of samples per period of the cut-off frequency
+_SAMPLES_PER_CYCLE = 4  # minimum number of samples per period of the cutoff frequency
 
 _TYPE = 'sensor_msgs/msg/JointState'
 _SHOWN = 6  # maximum number of joint names in a status message
@@ -127,7 +127,7 @@ class PredictorDiagnostics:
             (problems, WARN, '; '.join(problems)),
             (0.0 < statistics.highest_rate < needed, WARN,
              f'acceleration.cutoff requires at least {needed:g} joint states per second: lower '
-             'the cut-off or raise the rate'),
+             'the cutoff or raise the rate'),
             (statistics.dry > estimator.settling_time + _GRACE, WARN,
              'acceleration filter does not settle although joint states arrive: see the status '
              'input and the counts of resets'),

@@ -66,7 +66,7 @@ class ParameterNode(Node):
             if not self.has_parameter(name):
                 if self._similar(name):
                     raise ArgumentError(name, f'no such parameter{self._similar(name)}')
-                self.get_logger().warning(f'parameter {name} is given, but this node has none')
+                self.get_logger().warning(f'ignoring {name}: not a parameter of this node')
 
     def changed_settings(self) -> str:
         """Return the names of the settings that differ from their defaults, for a log line."""

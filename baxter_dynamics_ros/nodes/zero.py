@@ -124,7 +124,7 @@ class ZeroService(WaitingRequest):
         spread = ', '.join(f'{x:.2f}' for x in residuals.std(axis=0))
         return (f'added to {BIAS}: {found} N m; standard deviation of the residual {spread} N m'
                 + any(external.contact for external in externals)
-                * '; contact was reported throughout, which is right only if '
+                * '; contact was reported throughout: the bias is right only if '
                 'nothing touches the arm')
 
 

@@ -114,7 +114,7 @@ class Subscriber:
             found.append(Ros1Error(
                 'address', f'the master does not reach this machine at {self._api}',
                 "set ROS_IP to this machine's address in the robot's network, and open its "
-                'firewall; until then, new publishers are found later'))
+                'firewall; until then, new publishers are found by polling'))
         if self.is_silent(topic) and any(each.stream and time.monotonic() - each.since > SILENCE
                                          for each in connections):
             found.append(Ros1Error(

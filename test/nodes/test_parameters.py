@@ -156,7 +156,7 @@ def test_node_accepts_a_written_file(robot, all_changed, tmp_path):
     assert robot.parameters() == wanted
     assert f'predicting {all_changed.joint_prefix}left_s0' in process.output
     assert 'differ from their defaults: arm' in process.output
-    assert 'camera_frame is given, but this node has none' in process.output
+    assert 'ignoring camera_frame: not a parameter of this node' in process.output
 
 
 def test_refusals_at_the_start_are_one_line(refusals, tmp_path):
