@@ -23,9 +23,9 @@ _SWEEP = 0.85  # share of the spring's range that s1 must sweep for its shape to
 _LAG_OFF = 0.001  # minimum difference for which the measured velocity lag is adopted [s]
 _SIGMAS = 3.0  # ... and minimum number of standard errors
 _TAIL = 4.0  # degrees of freedom of the residuals' t distribution
-_BY_TIME = Notice('by_time', f'one recording: judged on each of {_PARTS} parts of it, fitted to '
-                  'the others. A motion that repeats lap after lap makes this look better than it '
-                  'is: record another')
+_BY_TIME = Notice('by_time', f'one recording: each of its {_PARTS} parts is predicted by a fit to '
+                  'the others. A repeated motion makes the result look better than it is: record '
+                  'a different motion')
 
 
 def calibrate(recordings: Sequence[Recording], settings: PredictorSettings | None = None,
@@ -76,10 +76,10 @@ def _starting_point(given: PredictorSettings,
         raise CalibrationError(
             'the recordings are of both arms: calibrate one arm at a time (--arm)')
     if not given.effort_model.enabled:
-        raise ArgumentError('effort_model.enabled', 'false, as beside a simulator: there is no '
-                            'effort model to fit; begin with other parameters')
+        raise ArgumentError('effort_model.enabled', 'false, as for a simulator: there is no '
+                            'effort model to fit; start from other parameters')
     if not given.align:
-        raise ArgumentError('align', 'false: a fit needs effort and acceleration of one instant')
+        raise ArgumentError('align', 'false: a fit needs effort at the instant of acceleration')
     return replace(given, arm=arm, gravity=tuple(given.model.arm.gravity_vector.tolist()),
                    base=BaseSettings())
 
@@ -130,7 +130,7 @@ def _terms(settings: PredictorSettings, s1_range: tuple[float, float], only: Col
         lower, upper = settings.effort_model.spring_range
         notices.append(Notice(
             'spring_shape', f"s1 sweeps {low:.2f} to {high:.2f} of the spring's {lower:g} to "
-            f'{upper:g} rad: its shape is kept, only gain and offset can be fitted', ('s1',)))
+            f'{upper:g} rad: its shape is kept, only gain and offset are fitted', ('s1',)))
     terms = all_terms(settings, shape, constant=shape and 'spring' in only and 'bias' not in only)
     names = {term.name for term in terms}
     for name in only:
@@ -177,8 +177,8 @@ def _doubts(parameters: list[Fitted], given_up: Sequence[Selection]) -> Iterator
     terms = ', '.join(step.term for step in given_up if step.joints)
     if terms:
         yield Notice('given_up', f'left-out data are predicted worse with {terms} than without: '
-                     'the result is the step before')
+                     'the result is that of the step before')
     if any(one.term == 'payload' and one.component.startswith('center')
            and abs(one.value) >= REACH for one in parameters):
-        yield Notice('payload_center', 'payload: the motion does not show its centre of mass: '
-                     "don't use it, record a wider motion (--plan shows one)")
+        yield Notice('payload_center', 'payload: the motion does not determine its centre of '
+                     'mass: do not use it, record a wider motion (--plan writes one)')

@@ -28,7 +28,7 @@ class CalibrationError(BaxterDynamicsError):
 
 @dataclass(frozen=True, eq=False)
 class Motion(Samples):
-    """Samples of a recording, and what follows from them."""
+    """Samples of a recording, and quantities derived from them."""
 
     name: str
     counts: Counter[Any] = field(default_factory=Counter)  # counts of the stream handler
@@ -143,12 +143,12 @@ def _refuse(motions: list[Motion]) -> None:
     duration = sum(motion.duration for motion in long_enough(motions))
     if duration < _SHORTEST:
         raise CalibrationError(f'{duration:.1f} s of motion are too short: expected at least '
-                               f'{_SHORTEST:g} s in recordings of {_SHORT:g} s or more, better a '
-                               'minute (--plan shows one)')
+                               f'{_SHORTEST:g} s in recordings of {_SHORT:g} s or more, '
+                               'preferably a minute (--plan writes one)')
     fastest = np.abs(_speeds(motions)).max(0)
     if (fastest < _MOVES).all():
         raise CalibrationError(f'no joint moves faster than {fastest.max():.3f} rad/s: record a '
-                               'motion that turns every joint round (--plan shows one)')
+                               'motion that moves every joint back and forth (--plan writes one)')
 
 
 def check_data(motions: list[Motion], settings: PredictorSettings) -> DataCheck:
@@ -169,7 +169,7 @@ def warnings(motions: list[Motion]) -> Iterator[Notice]:
     moving = np.abs(_speeds(motions)).max(0) > _MOVES
     for kind, which, what in (
             ('still', ~moving, f'never moves faster than {_MOVES:g} rad/s'),
-            ('one_way', moving & ~turning(motions), 'turns one way only')):
+            ('one_way', moving & ~turning(motions), 'moves in one direction only')):
         if which.any():
             joints = names_of(which)
             yield Notice(kind, f'{", ".join(joints)}: {what}', joints)

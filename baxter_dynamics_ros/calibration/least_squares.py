@@ -167,7 +167,7 @@ def information(sums: Array, weights: Array, index: Indices, prior: Array) -> Ar
 
 def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, list[Notice]]:
     """
-    Find the parameters of single joints that the data do not show, even fitted with bias alone.
+    Find parameters of single joints that the data do not determine, even fitted with bias alone.
 
     This includes all of joints that do not reverse. Return a mask of the parameters, (p,), and a
     notice for each joint.
@@ -187,7 +187,7 @@ def unidentifiable(problem: Problem, weights: Array) -> tuple[Bools, list[Notice
                 mask[own[0]] = True
                 if not term.separate:
                     lost.setdefault(JOINTS[joint], {})[term.name] = None
-    return mask, [Notice('unidentifiable', f'{joint}: the motion does not show '
+    return mask, [Notice('unidentifiable', f'{joint}: the motion does not determine '
                          f'{", ".join(names)}: left unchanged', (joint,))
                   for joint, names in lost.items()]
 

@@ -97,7 +97,7 @@ def _print(result: Calibration) -> None:
     if result.lag is not None:
         say(f'velocity lag: {1e3 * result.lag.value:.1f} ms')
     say(f'residual RMS [N m] on {result.left_out}, after adding each term to the joints that it '
-        'improves; in the rows of terms outliers count less')
+        'improves; outliers count less in the rows of terms')
     show_table(('term', *JOINTS), [
         ('before', *result.total.before),
         *(('+ ' + step.term, *(x if i in step.joints else '.' for i, x in enumerate(step.rms)))
@@ -128,6 +128,6 @@ def _plan(args: argparse.Namespace) -> int:
     write_trajectory(trajectory := folder / 'trajectory.json', arm, motion)
     say(f"for the SDK's joint_trajectory_file_playback.py: {plan}",
         f'trajectory_msgs/JointTrajectory for FollowJointTrajectory: {trajectory}',
-        'Keep 1.2 m around the arm clear, and move both arms to the first waypoint by hand: '
-        'the move to the first waypoint is not collision-checked.')
+        'Keep 1.2 m around the arm clear, and move both arms to the first waypoint beforehand: '
+        'the move to it is not collision-checked.')
     return 0

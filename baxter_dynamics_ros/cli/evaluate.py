@@ -90,6 +90,6 @@ def _print(evaluations: list[Evaluation], total: Statistics, assessment: Assessm
     columns = {'RMS': errors.rms, 'mean |e|': errors.mean_abs, 'signed mean': errors.signed_mean,
                'correlation': errors.correlation}
     if total.expected is not None:
-        columns['deviation'] = total.expected.deviation
-        columns['within'] = total.expected.coverage
+        columns['expected\ndeviation'] = total.expected.deviation
+        columns['within 1.96\ndeviations'] = total.expected.coverage
     show_table(('joint', *columns), zip(JOINTS, *columns.values()))

@@ -73,14 +73,13 @@ def _judge(total: Statistics, settings: PredictorSettings) -> Verdict:
     if beyond.any():
         shares = ', '.join(f'{100 * coverage[i]:.0f} % at {JOINTS[i]}'
                            for i in np.flatnonzero(beyond))
-        return Verdict('larger', 'The residual is larger than expected: instead of 95 %, only '
-                       f'{shares} lie within 1.96 expected deviations.', names_of(beyond))
+        return Verdict('larger', f'The residual is larger than expected: only {shares} lie '
+                       'within 1.96 expected deviations, instead of 95 %.', names_of(beyond))
     larger = total.methods['lagrange_euler'].rms > 1.2 * CALIBRATED
     if not larger.any():
         return Verdict('calibrated', 'The residual is as small as that of a calibrated Baxter.')
     if not np.array_equal(settings.effort_model.deviation, EffortModel.deviation):
-        return Verdict('calibrated', 'The residual is within the deviation that these parameters '
-                       'expect.')
+        return Verdict('calibrated', 'The residual is within its expected deviation.')
     return Verdict('uncalibrated', 'The residual is that of a Baxter before calibration: larger '
                    'than after calibration at '
                    f'{"every joint" if larger.all() else ", ".join(names_of(larger))}.',
@@ -108,9 +107,9 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
     if 'payload' in found:
         mass = float(np.median([one.payload.mass for one in found['payload'] if one.payload]))
         yield Advice(
-            'payload', f'The residual is what {mass:.2f} kg at the hand would cause. Give the '
-            'payload (payload.mass, payload.center_of_mass); that of the electric gripper with '
-            'standard fingers, 0.36 kg, is in a file:',
+            'payload', f'The residual is consistent with {mass:.2f} kg at the hand. Set '
+            'payload.mass and payload.center_of_mass; for the electric gripper with standard '
+            'fingers, 0.36 kg, there is a file:',
             '' if 'electric_gripper' in recordings else
             f'{evaluate} --params {_config("electric_gripper.yaml")}')
     if verdict.kind != 'calibrated':
@@ -118,8 +117,8 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
         causes = ' and '.join(text for kind, text in _FITTED.items() if kind in found)
         yield Advice(
             'calibrate', (f'Much of the residual is due to {causes}. ' if causes else '')
-            + 'Calibrate with at least ten seconds, better a minute, of motion of all joints '
-            '(calibrate --plan shows one):', f'baxter_dynamics calibrate {recordings}'
+            + 'Calibrate with at least ten seconds, preferably a minute, of motion of all joints '
+            '(calibrate --plan writes one):', f'baxter_dynamics calibrate {recordings}'
             f'{" --payload" if "payload" in found else ""} -o {output}')
 
 

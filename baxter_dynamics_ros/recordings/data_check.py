@@ -177,7 +177,7 @@ def _problems(data: _Data, check: DataCheck) -> Iterator[Notice]:
                      remedy='record a robot or a simulator that measures effort')
     scale, lag = check.velocity_scale, check.lag
     if not np.isnan(scale) and not 0.8 < scale < 1.25:
-        remedy = ('negate the velocities, whose signs are opposite' if scale < 0.0 else
+        remedy = ('negate the velocities: their signs are reversed' if scale < 0.0 else
                   'convert velocities from deg/s to rad/s' if 0.8 < np.degrees(scale) < 1.25 else
                   f'check whether the period of the stamps is {1 / scale:.2g} times the true one, '
                   'or velocities are not in rad/s')
@@ -244,7 +244,7 @@ def _without_gravity(data: _Data, check: DataCheck) -> _Found:
     gravity = check.gravity.median()
     removed = gravity < 0.4 and not check.inertial.median() < 0.4
     joints = check.gravity.known & _BEARS_LOAD & removed
-    return ('no_gravity', joints, f'measured effort has {gravity:.2f} of the torque of gravity '
+    return ('no_gravity', joints, f'measured effort contains {gravity:.2f} of the gravity torque '
             f'({_numbers(joints, check.gravity.value)}), instead of 1',
             'record the effort with gravity; for a simulator without gravity use a copy of '
             'simulation.yaml with gravity [0.0, 0.0, 0.0]')
@@ -266,7 +266,7 @@ def _hand_guided(data: _Data, check: DataCheck) -> _Found:
     negative = joints & (check.coulomb < 0.0)
     friction = (f', and friction is negative ({_numbers(negative, check.coulomb)} N m)'
                 if negative.any() else '')
-    return ('moved_by_hand', joints, f'measured effort has {inertial:.2f} of the inertial and '
+    return ('moved_by_hand', joints, f'measured effort contains {inertial:.2f} of inertial and '
             f'Coriolis torque ({_numbers(joints, check.inertial.value)}), instead of 1{friction}; '
             'the motors did not make this motion', 'an arm moved by hand cannot be calibrated; '
             'record a motion made by the motors, such as that of calibrate --plan')
@@ -274,7 +274,7 @@ def _hand_guided(data: _Data, check: DataCheck) -> _Found:
 
 def _springs(data: _Data, check: DataCheck) -> _Found:
     value = check.spring.value[S1] if check.spring.known[S1] else np.nan
-    share = f"measured effort of s1 has {value:.2f} of the springs' torque, "
+    share = f"measured effort of s1 contains {value:.2f} of the springs' torque, "
     if data.settings.model.effort_model.has_spring:
         return ('no_springs', (_SAME == S1) & (value < 0.4), share + 'instead of 1',
                 'for a simulator, which has no springs, use simulation.yaml')

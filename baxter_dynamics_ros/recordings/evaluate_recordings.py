@@ -164,13 +164,11 @@ class _Run:
                          f'{counts["received"]} joint states are valid, too few or too often '
                          'interrupted for the filter to settle')
         elif counts['predicted'] < _FEW:
-            yield Notice('few', f'only {counts["predicted"]} predictions: these statistics mean '
-                         'little')
+            yield Notice('few', f'only {counts["predicted"]} predictions: too few for statistics')
         if not counts[Event.REPEATED_STAMP] and stamps.irregularity > _IRREGULAR:
             yield Notice('stamps', 'stamps are irregular: they deviate from a regular period by '
                          f'{100 * stamps.irregularity:.0f} %. They appear to be times of arrival, '
                          "which blur the accelerations: record with the robot's own stamps")
         elif stamps.lost and not counts[Event.REPEATED_STAMP]:
-            yield Notice('lost', f'{stamps.lost} messages are lost or dropped: stamps are missing '
-                         f'from their regular period of {1e3 * stamps.period:.1f} ms')
+            yield Notice('lost', f'{stamps.lost} messages missing (period {stamps.period:.3g} s)')
         yield from event_notices(counts)

@@ -127,7 +127,7 @@ def check_table(check: DataCheck) -> Table:
                        ('the spring', check.spring)):
         columns[f'on {name}'] = np.where(gain.known, gain.value, np.nan)
     return Table('Measured over predicted effort without friction and bias: gain, correlation, '
-                 'and gain on single terms; – where the motion does not show it',
+                 'and gain on single terms; – where the motion does not determine it',
                  [Column(label, values, digits=2) for label, values in columns.items()])
 
 

@@ -1,4 +1,4 @@
-"""Calibrations with doubtful data: what the motion does not show, refusals, lag, single terms."""
+"""Calibrations with doubtful data: undetermined parameters, refusals, lag, single terms."""
 
 from baxter_dynamics_ros.calibration import fit
 from baxter_dynamics_ros.calibration.calibrate_robot import calibrate
@@ -26,10 +26,10 @@ def test_joints_that_do_not_reverse_are_named_and_keep_their_parameters():
         return q, qd, qdd
     found = calibrate([record(FRICTION, seed, motion=motion) for seed in range(2)])
     assert 's1, w2: never moves faster than 0.05 rad/s' in warnings(found)
-    assert 'w0: turns one way only' in warnings(found)
+    assert 'w0: moves in one direction only' in warnings(found)
     for joint in (1, 4, 6):
         (line,) = [line for line in warnings(found) if line.startswith(
-            f'{JOINTS[joint]}: the motion does not show')]
+            f'{JOINTS[joint]}: the motion does not determine')]
         for term in ('coulomb', 'viscous', 'dahl', 'added_inertia', 'stiffness'):
             assert getattr(found.after.effort_model, term)[joint] == 0.0, term
             assert term in line or (joint, term) == (1, 'stiffness')
@@ -62,8 +62,8 @@ def test_one_recording_is_split_by_time():
     assert found.fold == 'part'
     assert [j.name for j in found.judged] == [f'motion 0, part {k}' for k in range(1, 6)]
     assert sum(j.duration for j in found.judged) == pytest.approx(23.8, abs=0.1)
-    assert [line for line in warnings(found) if line.startswith('one recording: judged on each of '
-            '5 parts of it') and 'lap after lap' in line]
+    assert [line for line in warnings(found) if line.startswith('one recording: each of its '
+            '5 parts ') and 'A repeated motion' in line]
     assert max(map(abs, errors(found, FRICTION).values())) < 3.0
 
 

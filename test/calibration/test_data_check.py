@@ -44,7 +44,7 @@ ALTERED = {
                             'check whether the period'),
     'faster in degrees': (lambda q, v, e: (q, np.degrees(v), e), 'implausible', '',
                           'check that the units are rad'),
-    'velocity negated': (lambda q, v, e: (q, -v, e), 'velocity_scale', '', 'signs are opposite'),
+    'velocity negated': (lambda q, v, e: (q, -v, e), 'velocity_scale', '', 'signs are reversed'),
 }
 
 

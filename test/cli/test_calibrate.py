@@ -24,7 +24,7 @@ def test_a_calibration_improves_another_recording(command, make_bag, moving_arm,
     assert sorted(path.name for path in tmp_path.iterdir()) == ['my_robot.html', 'my_robot.yaml',
                                                                 'run']
     assert out.splitlines()[-2:] == [f'parameters: {file}', f'report: {tmp_path}/my_robot.html']
-    assert 'velocity lag: 14' in out and 'one recording: judged on each of 5 parts' in out
+    assert 'velocity lag: 14' in out and 'one recording: each of its 5 parts' in out
     assert '<html' in (tmp_path / 'my_robot.html').read_text()
     assert f'baxter_dynamics calibrate {bag}' in file.read_text()
     values = PredictorSettings.from_parameters(read_parameters(file)).parameters()
@@ -63,7 +63,7 @@ def test_fits_only_the_given_terms_from_a_parameter_file(command, make_bag, movi
 
 @pytest.mark.parametrize('n, fields, line', [
     (500, {}, '4.8 s of motion are too short: expected at least 10 s in recordings of 1 s or '
-     'more, better a minute (--plan shows one)'),
+     'more, preferably a minute (--plan writes one)'),
     (1200, {'effort': np.full(7, np.nan)}, '1200 of 1200 joint states have no valid effort ('),
     (30, {'names': [name.replace('right', 'middle') for name in joint_names('right')]},
      'run: /robot/joint_states has no joints of an arm, only middle_e0'),

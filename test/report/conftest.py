@@ -68,7 +68,7 @@ def calibration():
         judged=judged, fold='recording',
         lag=Lag(0.0133, 3e-5, np.array([0.0133] * 5 + [0.02, np.nan])),
         contacts=[], notices=(Notice(
-            'unidentifiable', 'e1: the motion does not show stiffness: left unchanged', ('e1',)),),
+            'unidentifiable', 'e1: the motion does not determine stiffness', ('e1',)),),
         samples=4000, s1_range=(-1.1, 0.35))
 
 
