@@ -79,7 +79,7 @@ def observe(recording: Recording, settings: PredictorSettings) -> Motion:
 def residual(motion: Motion, settings: PredictorSettings) -> Array:
     """Return the residual of a motion (n, 7) [N m], computed by the predictor."""
     model = settings.model.effort_model
-    dahl = motion.presliding(model.dahl_length) if model.has_dahl else np.zeros(motion.q.shape)
+    dahl = motion.presliding(model.dahl_length) if model.dahl.any() else np.zeros(motion.q.shape)
     result = Predictor(settings).predict(replace(motion, dahl=dahl).estimate).residual
     assert result is not None  # for the effort was measured
     return result

@@ -177,7 +177,7 @@ def all_terms(settings: PredictorSettings, shape: bool, constant: bool = False) 
     The spring has its shape fitted, or only a gain.
     """
     model, arm = settings.model.effort_model, settings.model.arm
-    dahl_lengths = (model.dahl_length,) if model.has_dahl else DAHL_LENGTHS
+    dahl_lengths = (model.dahl_length,) if model.dahl.any() else DAHL_LENGTHS
     return [
         PerJoint('bias', lambda sample: np.ones(sample.motion.q.shape), OFFSET),
         Tool(arm),  # first: an unknown load hides friction

@@ -119,15 +119,10 @@ class EffortModel(Group, prefix='effort_model.'):
         """Whether any joint has friction of any kind."""
         return bool((self.coulomb + self.viscous + self.dahl).any())
 
-    @cached_property
-    def has_dahl(self) -> bool:
-        """Whether any joint has Dahl friction."""
-        return bool(self.dahl.any())
-
     @property
     def presliding_length(self) -> 'float | None':
         """Length for :class:`Presliding` [rad]; None without Dahl friction."""
-        return self.dahl_length if self.has_dahl else None
+        return self.dahl_length if self.dahl.any() else None
 
     def spring(self, q: Array) -> Array:
         """Return the spring effort (..., 7) [N m], zero except at s1, for q (..., 7) [rad]."""
@@ -194,9 +189,8 @@ class EffortModel(Group, prefix='effort_model.'):
 
     def deviation_at(self, qd: Array, qdd: Array) -> Array:
         """Return the expected standard deviation of the residual at qd, qdd, (..., 7) [N m]."""
-        square: Array = (self.deviation ** 2 + (self.deviation_velocity * qd) ** 2
-                         + (self.deviation_acceleration * qdd) ** 2)
-        return np.sqrt(square)
+        return np.sqrt(self.deviation ** 2 + (self.deviation_velocity * qd) ** 2
+                       + (self.deviation_acceleration * qdd) ** 2)
 
 
 class Presliding:

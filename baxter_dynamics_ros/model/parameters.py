@@ -59,6 +59,8 @@ class ArmParameters:
         self._set('pseudo_inertia', pseudo_inertia(
             self.inertia, self.mass, self.center_of_mass, INERTIA_AT_ORIGIN in self.corrections))
 
+    __reduce__ = Group.__reduce__
+
     def _set(self, name: str, array: Array) -> None:
         object.__setattr__(self, name, read_only(array))
 

@@ -108,6 +108,10 @@ class Group:
             if issubclass(kind, Group) and not isinstance(value, kind):
                 raise ArgumentError(each.name, f'expected {kind.__name__}, got {value!r:.60}')
 
+    def __reduce__(self: Any) -> tuple[Any, ...]:
+        """Copy and pickle by constructor arguments, so that arrays stay read-only."""
+        return type(self), tuple(getattr(self, each.name) for each in fields(self) if each.init)
+
     def __eq__(self, other: object) -> bool:
         """Compare by value, arrays too."""
         return isinstance(other, Group) and self.parameters() == other.parameters()

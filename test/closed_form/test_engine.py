@@ -8,7 +8,7 @@ import pickle
 import subprocess
 import sys
 
-from baxter_dynamics_ros import ArgumentError, BaxterArm
+from baxter_dynamics_ros import ArgumentError, BaxterArm, EffortModel
 from baxter_dynamics_ros.model import closed_form, lagrange_euler
 from baxter_dynamics_ros.model._closed_form import FUNCTIONS
 from baxter_dynamics_ros.model.paper_tables import GRAVITY
@@ -159,7 +159,8 @@ def test_copies_and_pickles(again, both, random_states):
         assert other.engine == arm.engine
         np.testing.assert_array_equal(other.inverse_dynamics(*states),
                                       arm.inverse_dynamics(*states))
-        assert not other.base_parameters.flags.writeable
+        for array in (other.base_parameters, other.parameters.mass, again(EffortModel()).bias):
+            assert not array.flags.writeable
 
 
 def test_momentum_and_torque_terms(arm, random_states):
