@@ -72,7 +72,7 @@ def keep(torques: dict, message: JointState) -> None:
 def main() -> None:
     """Run until interrupted, or for the given duration."""
     parser = ArgumentParser()
-    parser.add_argument('--duration', type=float, default=inf, help='[s]; unlimited by default')
+    parser.add_argument('--duration', type=float, default=inf, help='seconds; default: unlimited')
     options = parser.parse_args()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C ends the loop below
     interrupts = []

@@ -27,7 +27,7 @@ _COVERED = 0.95  # share of residuals within BAND deviations
 def choose(problem: Problem, wanted: Collection[str]
            ) -> tuple[list[Selection], list[Notice], PredictorSettings]:
     """
-    Return the steps of the selection, what is unidentifiable, and preliminary settings.
+    Return the steps of the selection, the unidentifiable parameters, and preliminary settings.
 
     Terms named in ``wanted`` are always fitted.
     """

@@ -40,7 +40,7 @@ _REQUIRED = (
 
 def progress(time: Array, q: Array) -> tuple[Array, str]:
     """
-    Return the share of the required motion that was seen, (7,), and what is missing most.
+    Return the share of the required motion that was seen, (7,), and advice on the rest.
 
     Positions q are (n, 7) [rad], at increasing times (n,) [s]. They give speed and acceleration
     too, because measured velocities have too much noise on some arms.

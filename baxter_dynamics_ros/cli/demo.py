@@ -90,7 +90,7 @@ def _await_prediction(listener: 'Listener', predicted: 'list[Received]',
 
 
 def _failure(processes: list[NodeProcess], reason: str) -> BaxterDynamicsError:
-    """Print what the processes have printed, and return the error."""
+    """Print the output of the processes, and return the error."""
     for process in processes:
         for line in process.output.strip().splitlines():
             complain(f'{process.executable}: {line}')

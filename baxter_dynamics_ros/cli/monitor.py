@@ -183,7 +183,7 @@ class Monitor:
                 or each.diagnostics(now)] or ours
 
     def problem(self, now: float, grace: float = _GRACE) -> str | None:
-        """Return what is missing and the remedy; None if predictions arrive."""
+        """Return the reason why no predictions arrive, with a remedy; None if they arrive."""
         shown = self.shown(now)
         if any(each.newest(topics.PREDICTED_EFFORT, now) for each in shown):
             return None

@@ -125,7 +125,7 @@ class Buttons:
         self._goal: Any = None  # of the calibration
 
     def update(self, predictor: str) -> None:
-        """Show what a predictor offers now, start what was pressed, process what has arrived."""
+        """Show the services on offer, start the one that was pressed, process the answers."""
         is_other = predictor != self._predictor
         if is_other:
             self._predictor, self._clients = predictor, self._clients_of(predictor)

@@ -1,4 +1,4 @@
-"""What the panel draws: the robot in 3D, and charts of the last 30 s."""
+"""Views of the panel: the robot in 3D, and charts of the last 30 s."""
 
 from collections import deque
 from functools import lru_cache

@@ -48,7 +48,7 @@ def plain_console() -> Console:
 
 
 def show(content: RenderableType) -> None:
-    """Print what rich can render."""
+    """Print a rich renderable."""
     console = plain_console()
     with console.capture() as capture:
         console.print(content)

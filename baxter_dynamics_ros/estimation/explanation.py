@@ -177,7 +177,7 @@ class _Regression:
         return _Fit(columns, -0.5 * (square + occam), square, values, covariance)
 
     def is_significant(self, square: float) -> bool:
-        """Return whether a weighted square exceeds what 99 % of free motion shows."""
+        """Return whether a weighted square exceeds that of 99 % of free motion."""
         n = N_JOINTS * self.independent
         return square > n * (1.0 - 2.0 / (9.0 * n) + 2.33 * np.sqrt(2.0 / (9.0 * n))) ** 3
 

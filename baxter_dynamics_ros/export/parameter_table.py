@@ -28,7 +28,7 @@ _MEANINGS = (
 )
 _TABLE_HEAD = (
     'The {count} base parameters phi: the combinations of the 70 inertial parameters of seven '
-    'links that the torques depend on, tau = Y(q, qd, qdd) phi.', FRAMES,
+    'links that determine the torques, tau = Y(q, qd, qdd) phi.', FRAMES,
     'XXk, XYk, HXk, ...: sums of m x x, m x y, m x of link k alone about the origin of body frame '
     'k; link 7 with the payload. Mk: mass of links k to 7. a, d: Denavit-Hartenberg lengths.')
 # Element of a base parameter -> its meaning in the table.
@@ -83,7 +83,7 @@ def base_table(arm: BaxterArm) -> str:
 
 
 def composition(name: str) -> str:
-    """Return what a base parameter is the sum of, in the notation of the table."""
+    """Return the sum that makes up a base parameter, in the notation of the table."""
     element, k = name[:-1], int(name[-1])
     sums = _SUMS_ODD if k % 2 else _SUMS_EVEN
     text = sums.get(element, f'{element.upper()}{{k}}').format(k=k, j=k + 1, l=k + 2)

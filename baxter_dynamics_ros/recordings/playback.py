@@ -1,5 +1,5 @@
 """
-Playback of a recording, and what it shows: regularity of stamps, lag of velocity, contact.
+Playback of a recording; regularity of its stamps, lag of its velocity, contact.
 
 A velocity that is ``lag`` seconds old integrates to less than the change of position by ``lag``
 times the change of velocity: a straight line, fitted over intervals of one second, in which

@@ -1,1 +1,1 @@
-"""What people look at: pictures, and the pages that hold them."""
+"""Reports: figures, and the HTML pages that contain them."""

@@ -1,1 +1,1 @@
-"""The figures of the documents, a module a page or a kind."""
+"""Figures of the documentation, one module per page or kind."""
