@@ -106,12 +106,12 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
             'connected, zero it:', 'ros2 service call /torque_predictor/zero std_srvs/srv/Trigger')
     if 'payload' in found:
         mass = float(np.median([one.payload.mass for one in found['payload'] if one.payload]))
+        file = '' if 'electric_gripper' in recordings else _config('electric_gripper.yaml')
         yield Advice(
-            'payload', f'The residual is consistent with {mass:.2f} kg at the hand. Set '
-            'payload.mass and payload.center_of_mass; for the electric gripper with standard '
-            'fingers, 0.36 kg, there is a file:',
-            '' if 'electric_gripper' in recordings else
-            f'{evaluate} --params {_config("electric_gripper.yaml")}')
+            'payload', f'The residual is consistent with {mass:.2f} kg more at the hand. Set '
+            'payload.mass and payload.center_of_mass of the whole payload' + (
+                '; for the electric gripper with standard fingers, 0.36 kg, there is a file:'
+                if file else '.'), f'{evaluate} --params {file}' if file else '')
     if verdict.kind != 'calibrated':
         output = 'my_robot_new.yaml' if 'my_robot.yaml' in recordings else 'my_robot.yaml'
         causes = ' and '.join(text for kind, text in _FITTED.items() if kind in found)
