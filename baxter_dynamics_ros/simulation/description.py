@@ -34,8 +34,8 @@ class Description:
         joints = {joint.get('name'): joint for joint in self.root.findall('joint')}
         links = {link.get('name'): link for link in self.root.findall('link')}
         for name in joint_names(side):
-            if name not in joints:
-                raise DescriptionError(f"{path}: no joint {name}; is it a Baxter's URDF?")
+            if name not in joints or joints[name].get('type') != 'revolute':
+                raise DescriptionError(f"{path}: no revolute joint {name}; is it a Baxter's URDF?")
         # The links at the ends of each joint.
         self.parent: dict[ET.Element, ET.Element] = {}
         self.child: dict[ET.Element, ET.Element] = {}

@@ -145,7 +145,8 @@ def test_a_recording_has_the_robots_stamps_and_repeats_by_its_seed():
 
 @pytest.mark.parametrize('change, problem', [
     (('<robot', 'robot'), 'wrong.urdf: cannot be read as URDF'),
-    (('"right_s0"', '"s0"'), "wrong.urdf: no joint right_s0; is it a Baxter's URDF"),
+    (('"right_s0"', '"s0"'), "wrong.urdf: no revolute joint right_s0; is it a Baxter's URDF"),
+    (('"right_s1" type="revolute"', '"right_s1" type="fixed"'), 'no revolute joint right_s1'),
     (('<child link="right_wrist"', '<child'), 'wrong.urdf: joint right_w2 has no child link'),
     (('right_hand', 'right_tool'), 'wrong.urdf: no link right_hand'),
     (('rpy="0 0 0"', 'rpy="x"'), "description: XML Error: .* 'rpy' Element 'origin'$")])
