@@ -124,10 +124,13 @@ def _ignore_signals() -> None:
 
 
 def _reject_arguments(make_node: Callable[[], Node], name: str, args: list[str]) -> None:
-    parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=(
-        'ROS parameters: --ros-args -p NAME:=VALUE, or --ros-args --params-file FILE.'))
-    _, rest = parser.parse_known_args(remove_ros_args(args)[1:])
-    if rest:
-        given = ' '.join(args[1:])  # without -p, rcl treats name:=value as a remap rule
-        parser.error(f'unrecognized arguments: {" ".join(rest)}' + (':=' in given) * (
-            f'; ROS arguments follow --ros-args: {name} --ros-args {given}'))
+    usage = 'ROS parameters: --ros-args -p NAME:=VALUE, or --ros-args --params-file FILE.'
+    parser = ArgumentParser(prog=name, description=make_node.__doc__, epilog=usage)
+    # Before --ros-args, rcl would take name:=value as a remap rule.
+    begin = args.index('--ros-args') if '--ros-args' in args else len(args)
+    try:
+        rest = args[1:begin] + remove_ros_args(['', *args[begin:]])[1:]
+    except RuntimeError as error:  # such as a list of ROS arguments without a flag
+        raise BaxterDynamicsError(f'unusable arguments: {error}. {usage}') from None
+    if rest := parser.parse_known_args(rest)[1]:
+        parser.error(f'unrecognized arguments: {" ".join(rest)}. {usage}')

@@ -5,6 +5,7 @@ import math
 from baxter_dynamics_ros import BaxterArm, mount, Payload
 from baxter_dynamics_ros.estimation.settings import PredictorSettings, SETTINGS
 from baxter_dynamics_ros.model.effort import EffortModel
+from baxter_dynamics_ros.model.exceptions import BaxterDynamicsError
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 from baxter_dynamics_ros.nodes.process import _reject_arguments
 from baxter_dynamics_ros.nodes.ros_parameters import ParameterNode
@@ -170,5 +171,7 @@ def test_refusals_at_the_start_are_one_line(refusals, tmp_path):
 
 def test_plain_arguments_are_refused_with_those_to_use(capsys):
     with pytest.raises(SystemExit, match='2'):
-        _reject_arguments(Node, 'torque_predictor', ['x', '-p', 'align:=false'])
-    assert 'torque_predictor --ros-args -p align:=false' in capsys.readouterr().err
+        _reject_arguments(Node, 'torque_predictor', ['x', 'align:=false'])
+    assert ': align:=false. ROS parameters: --ros-args -p' in capsys.readouterr().err
+    with pytest.raises(BaxterDynamicsError, match=r"\['align:=false'\]\. ROS parameters: -"):
+        _reject_arguments(Node, 'torque_predictor', ['x', '--ros-args', 'align:=false'])
