@@ -125,7 +125,7 @@ class PredictorDiagnostics:
             {'state': state, 'settling time [s]': f'{estimator.settling_time:.3f}',
              **self._counts('predicted', *_FILTER_EVENTS)},
             (problems, WARN, '; '.join(problems)),
-            (0.0 < statistics.highest_rate < needed, WARN,
+            (statistics.highest_rate < needed, WARN,
              f'acceleration.cutoff requires at least {needed:g} joint states per second: lower '
              'the cutoff or raise the rate'),
             (statistics.dry > estimator.settling_time + _GRACE, WARN,

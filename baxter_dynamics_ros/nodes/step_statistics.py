@@ -58,7 +58,7 @@ class StepStatistics:
         self._before = self.counts
         self.rate = float('inf')  # of accepted joint states in the last period [Hz]
         # Larger rate of the last two periods [Hz], as a stream may start or end within a period.
-        # Infinite if nothing arrived in the first of them.
+        # Infinite if nothing arrived in one of them.
         self.highest_rate = float('inf')
         self.dry = 0.0  # time with joint states but without predictions [s]
         self.residual_rms: Array | None = None  # (7,) in the last period [N m]
@@ -97,7 +97,7 @@ class StepStatistics:
         self._before, self.counts = self.counts, Counter({
             **counts, 'withheld': self._withheld, 'lost': self.loss.lost})
         before, self.rate = self.rate, self.since('taken') / period
-        self.highest_rate = max(self.rate, before) if before else float('inf')
+        self.highest_rate = max(self.rate, before) if before and self.rate else float('inf')
         is_dry = self.since('taken') > 0 and not self.since('predicted')
         self.dry = self.dry + period if is_dry else 0.0
         self.residual_rms = rms(self._residuals) if self._residuals else None

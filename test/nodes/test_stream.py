@@ -1,11 +1,12 @@
 """The node on a stream: it publishes and reports the results of the stream handler."""
 
+from collections import Counter
 import os
 
 from baxter_dynamics_ros.estimation.predictor import Predictor
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names, SIDES
-from baxter_dynamics_ros.nodes.step_statistics import MessageLoss
+from baxter_dynamics_ros.nodes.step_statistics import MessageLoss, StepStatistics
 import numpy as np
 import perfect_robot
 import pytest
@@ -175,3 +176,11 @@ def test_gaps_in_sequence_numbers(publishers, numbers, lost):
     for number in numbers:
         loss.received(number)
     assert loss.lost == lost
+
+
+def test_a_stream_that_begins_or_stops_within_a_period_is_not_slow():
+    statistics, highest = StepStatistics(), []
+    for taken in (0, 5, 105, 110, 110):
+        statistics.close(Counter(taken=taken), 1.0)
+        highest.append(statistics.highest_rate)
+    assert highest == [np.inf, np.inf, 100.0, 100.0, np.inf]
