@@ -55,7 +55,7 @@ def main(args: argparse.Namespace) -> int:
     for check in chain(robot_checks(args.uri, args.topic) if args.uri else (),
                        ros2_checks(args.topic)):
         remedy = '' if check.passed else f': {check.remedy}'
-        say(f'{"ok" if check.passed else "FAIL":6}{check.name:12}{check.found}{remedy}')
+        say(f'{"ok" if check.passed else "FAIL":6}{check.name:13}{check.found}{remedy}')
         failed |= not check.passed
     return int(failed)
 
@@ -251,7 +251,9 @@ def _residuals(listener: 'Listener', diagnostics: list[Any]) -> Iterator[Check]:
     if not listener.wait(listener.predictors, _PATIENCE):
         yield Check('predictor', False, 'no torque_predictor is running',
                     'ros2 launch baxter_dynamics_ros torque_predictor.launch.xml')
-    for name in sorted(listener.predictors()):
+    done: set[str] = set()
+    while found := listener.predictors() - done:  # some are discovered late
+        done.add(name := min(found))
         topic = f'{name}/{EFFORT_RESIDUAL}'
         residuals = listener.joint_states(topic)
         if listener.wait(lambda: residuals, _PATIENCE):

@@ -47,7 +47,7 @@ def doctor(domain, monkeypatch, capsys):
     def run(*arguments):
         code = main(['doctor', *arguments])
         lines = capsys.readouterr().out.splitlines()
-        return code, {line[6:18].strip(): (line[:6].strip(), line[18:]) for line in lines}
+        return code, {line[6:19].strip(): (line[:6].strip(), line[19:]) for line in lines}
     return run
 
 
@@ -95,12 +95,15 @@ def test_without_an_address_it_checks_ros_2_alone(doctor, monkeypatch):
 def test_a_missing_residual_repeats_the_latest_diagnostics_of_its_predictor():
     def report(name, level):
         return DiagnosticArray(status=[DiagnosticStatus(name=name, level=level, message=name)])
-    listener = SimpleNamespace(predictors=lambda: {'/left/p'}, joint_states=lambda topic: [],
-                               wait=lambda condition, seconds: bool(condition()))
-    check, = _residuals(listener, [
+    names = ['/left/p']  # the other is discovered later
+    listener = SimpleNamespace(
+        predictors=lambda: set(names), joint_states=lambda topic: names.append('/right/p') or [],
+        wait=lambda condition, seconds: bool(condition()))
+    check, other = _residuals(listener, [
         report('left/p: input', b'\2'), report('left/p: filter', b'\1'),
         report('right/torque_predictor: input', b'\2'), report('left/p: input', b'\0')])
     assert (check.passed, check.remedy) == (False, 'left/p: filter')
+    assert '/right/p/' in other.found
 
 
 def test_messages_lost_before_the_look_are_not_counted(monkeypatch):
