@@ -48,14 +48,16 @@ def _full_disk(folder):
     (lambda folder: write_files(folder, {'a.txt': b'new', 'b.txt': b'new'}), 'b.txt is a folder'),
     (lambda folder: write_files(folder / 'a.txt', {'d.txt': b'new'}), 'Not a directory'),
     (lambda folder: write_file(folder / 'none' / 'd.txt', ''), 'no folder'),
-], ids=['full disk', 'folder in the way', 'file as folder', 'no folder'])
+    (lambda folder: write_file(folder / 'pipe', 'new'), 'pipe is a device or pipe'),
+], ids=['full disk', 'folder in the way', 'file as folder', 'no folder', 'pipe'])
 def test_failures_change_nothing(tmp_path, write, reason):
     (tmp_path / 'a.txt').write_text('old')
     (tmp_path / 'b.txt').mkdir()
+    os.mkfifo(tmp_path / 'pipe')
     with pytest.raises(BaxterDynamicsError, match=f'^{tmp_path}.*cannot be written .*{reason}'):
         write(tmp_path)
     assert (tmp_path / 'a.txt').read_text() == 'old'
-    assert {path.name for path in tmp_path.iterdir()} == {'a.txt', 'b.txt'}
+    assert {path.name for path in tmp_path.iterdir()} == {'a.txt', 'b.txt', 'pipe'}
 
 
 def test_folders_without_permission_are_reported(tmp_path, closed):
