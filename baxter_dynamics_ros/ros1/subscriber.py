@@ -108,13 +108,14 @@ class Subscriber:
         connections = self.connections(topic)
         if not connections:
             return [Ros1Error('topic', f'{topic} is not published',
-                              'has the robot finished starting? Check the name of the topic')]
+                              'has the robot finished starting? Check the name of the topic; after '
+                              'a restart of the master alone, restart the robot')]
         found = [each.problem for each in connections if each.problem is not None]
         if self.is_called is False:
             found.append(Ros1Error(
                 'address', f'the master does not reach this machine at {self._api}',
-                "set ROS_IP to this machine's address in the robot's network, and open its "
-                'firewall; until then, new publishers are found by polling'))
+                "unset ROS_HOSTNAME, set ROS_IP to this machine's address in the robot's network, "
+                'and open its firewall; until then, new publishers are found by polling'))
         if self.is_silent(topic) and any(each.stream and time.monotonic() - each.since > SILENCE
                                          for each in connections):
             found.append(Ros1Error(
