@@ -87,12 +87,12 @@ class Page:
         with self._server.atomic():
             if shown:
                 self._update_scene(shown[0], now)
-                self._charts.add(now, shown[0].efforts(now))
+                self._charts.add(now, shown[0].name, shown[0].efforts(now))
                 self._buttons.update(shown[0].name)
             if is_slow and self._server.get_clients():
                 problem = monitor.problem(now)
                 self._summary.content = (_paragraph(problem, _LEVELS[1]) if problem else
-                                         _summary(shown[0], now))
+                                         _summary(*shown, now=now))
                 if shown:
                     self._charts.update(now)
                     self._diagnostics.content = _diagnostics(shown[0], now)
@@ -189,14 +189,15 @@ class Buttons:
         self._answer.content = _paragraph(text)
 
 
-def _summary(predictor: MonitoredPredictor, now: float) -> str:
-    """Return sentences on contact, force, residual and rates, as HTML."""
+def _summary(predictor: MonitoredPredictor, *others: MonitoredPredictor, now: float) -> str:
+    """Return sentences on contact, force, residual and rates, as HTML; others are named only."""
     contact, in_contact = predictor.contact(now), predictor.in_contact(now)
     wrench = predictor.newest(topics.EXTERNAL_WRENCH, now)
     if in_contact and wrench is not None:
         contact += f', {np.linalg.norm(force_of(wrench)):.0f} N at the hand'
     sentences = predictor.residual(now), predictor.explanation(now), predictor.rates(now)
-    return (_paragraph('', title=f'{predictor.side.capitalize()} arm')
+    return (_paragraph(''.join(f' (--arm {each.side} shows the other)' for each in others),
+                       title=f'{predictor.side.capitalize()} arm')
             + _paragraph(contact, _LEVELS[2] if in_contact else '')
             + ''.join(map(_paragraph, filter(None, sentences))))
 

@@ -172,13 +172,13 @@ class Chart:
         self._title.content = (
             '<div style="display:flex;justify-content:space-between;padding:2px 12px 0;'
             f'font-size:13px"><b>{self._joint}</b><span>{text}</span></div>')
+        self._handle.data = (time, *columns)
         if not np.isfinite(columns[-1]).any():
             return
         low, high = np.nanmin(columns), np.nanmax(columns)
         if self._handle.bands:  # which are symmetric
             low, high = min(low, -high), max(-low, high)
         limits = steady_range(self._limits, low, high)
-        self._handle.data = (time, *columns)
         if limits != self._limits:
             self._limits = limits
             self._handle.scales = {'x': {'time': False, 'auto': False, 'range': (-_WINDOW, 0.0)},
@@ -189,7 +189,7 @@ class Charts:
     """Tabs with the residual and the effort of each joint."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self.rows: deque[tuple[float, Array]] = deque()
+        self.rows: deque[tuple[float, str, Array]] = deque()
         self.tabs = gui.add_tab_group()
         with self.tabs.add_tab('Residual'):
             gui.add_html(_caption(f'<i style="color:{_RED}">measured − predicted</i> effort in '
@@ -201,16 +201,16 @@ class Charts:
                                   f'<i style="color:{_BLUE}">predicted</i> effort in N m'))
             self._efforts = [Chart(gui, joint, (_GRAY, _BLUE), None) for joint in JOINTS]
 
-    def add(self, now: float, efforts: Array) -> None:
-        """Add a row of monotonic time now [s] and a predictor's efforts (4, 7); drop old rows."""
-        self.rows.append((now, efforts))
-        while self.rows[0][0] < now - _WINDOW:
+    def add(self, now: float, name: str, efforts: Array) -> None:
+        """Add time now [s], name and efforts (4, 7) of a predictor; drop old and others' rows."""
+        self.rows.append((now, name, efforts))
+        while self.rows[0][0] < now - _WINDOW or self.rows[0][1] != name:
             self.rows.popleft()
 
     def update(self, now: float) -> None:
         """Show the rows at monotonic time now [s]."""
-        time = np.array([receipt for receipt, _ in self.rows]) - now
-        measured, predicted, residual, band = np.stack([row for _, row in self.rows], axis=-1)
+        time = np.array([receipt for receipt, *_ in self.rows]) - now
+        measured, predicted, residual, band = np.stack([row for *_, row in self.rows], axis=-1)
         for i, (residuals, efforts) in enumerate(zip(self._residuals, self._efforts)):
             efforts.update('', time, np.array([measured[i], predicted[i]]))
             residuals.update(_judged(residual[i, -1], band[i, -1]), time,

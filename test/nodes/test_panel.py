@@ -58,11 +58,11 @@ def test_scales_hold_all_values_and_change_rarely(rng, panel_views):
     assert changes < 60
 
 
-def test_charts_forget_what_is_older_than_30_s(panel_views):
+def test_charts_forget_other_predictors_and_what_is_older_than_30_s(panel_views):
     charts = panel_views.Charts(MagicMock())
-    for now in 5.0, 105.0:
-        charts.add(now, np.zeros((4, 7)))
-    assert [receipt for receipt, _ in charts.rows] == [105.0]
+    for now, name in (5.0, '/right/p'), (105.0, '/right/p'), (106.0, '/left/p'):
+        charts.add(now, name, np.zeros((4, 7)))
+        assert [row[:2] for row in charts.rows] == [(now, name)]
 
 
 def test_draws_the_force_at_the_hand_and_colours_joints_in_contact(monkeypatch, panel_views):
