@@ -30,7 +30,7 @@ class Listener:
     """
     A node that subscribes to topics; a context manager that shuts ROS down.
 
-    Inside it, SIGINT and SIGTERM take effect when it waits for messages: within a call of rclpy
+    Inside it, SIGINT, SIGTERM and SIGHUP take effect when it waits for messages: within a call of rclpy
     their exception would be lost or turn into another one. A second signal takes effect at once.
     Raises BaxterDynamicsError if ROS does not start or the name of a topic is invalid.
     """
@@ -49,7 +49,7 @@ class Listener:
 
     def __enter__(self) -> 'Listener':
         """Return this listener."""
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if callable(signal.getsignal(number)):
                 self._handlers[number] = signal.signal(number, self._defer)
         return self

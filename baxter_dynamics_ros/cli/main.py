@@ -35,7 +35,9 @@ class _Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a verb; return the exit code: 0, or 1 with the reason on stderr."""
     os.environ['MPLBACKEND'] = 'agg'  # the backend of a notebook may not be installed
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # clean up
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:  # otherwise as with nohup
+            signal.signal(number, lambda number, frame: sys.exit(128 + number))  # clean up
     command = 'baxter_dynamics'
     try:
         args = parse(sys.argv[1:] if arguments is None else arguments)

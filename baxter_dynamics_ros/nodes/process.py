@@ -53,11 +53,13 @@ class GuardedExecutor(SingleThreadedExecutor):
 
 def run(make_node: Callable[[], Node], name: str, args: list[str] | None = None) -> int:
     """
-    Run a node until SIGINT or SIGTERM; return the exit code.
+    Run a node until SIGINT, SIGTERM or SIGHUP; return the exit code.
 
     That is 0 after a signal, and 1 after one line on stderr if the node cannot start. Arguments
     (``sys.argv`` by default) other than ROS arguments raise SystemExit.
     """
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:  # the terminal was closed, without nohup
+        signal.signal(signal.SIGHUP, lambda *given: signal.raise_signal(signal.SIGTERM))
     code = _run(make_node, name, sys.argv if args is None else args)
     gc.collect()  # destroys entities held by tracebacks and reference cycles
     faulthandler.cancel_dump_traceback_later()
