@@ -11,6 +11,7 @@ from rclpy.node import Node
 from .diagnostic_updater import ERROR, first_case, OK, STALE, WARN
 from .process import GuardedExecutor
 from .step_statistics import MAX_AGE, StepStatistics
+from .topics import EFFORT_RESIDUAL
 from ..estimation.events import DROPPED, Event, NO_EFFORT, NO_VELOCITY, RESETS
 from ..estimation.external import ExternalEffort, LOWEST_RATE
 from ..estimation.predictor import Predictor
@@ -87,7 +88,7 @@ class PredictorDiagnostics:
                     'joint_prefix)' if seen else
                     f'joint states on {topic} have no joint names{wanted}')
         if not types:
-            return f'{topic} has no publisher'
+            return f'{topic} has no publisher: is a bridge running with the same ROS_DOMAIN_ID?'
         if _TYPE not in types:
             return f'{topic} is published as {", ".join(types)}; this node needs {_TYPE}'
         return (f'no joint states received on {topic}; publishers: '
@@ -144,10 +145,13 @@ class PredictorDiagnostics:
 
     def _residual(self) -> DiagnosticStatus:
         rms, level = self.statistics.residual_rms, STALE if self._is_stale else OK
+        own = self.node.resolve_topic_name(f'~/{EFFORT_RESIDUAL}')
         return first_case(
             {'explanation': 'none' if self._is_stale else self.explain(),
              **{f'{joint} RMS [N m]': 'none' if rms is None else f'{rms[i]:.3f}'
                 for i, joint in enumerate(JOINTS)}},
+            (self.node.count_publishers(own) > 1, WARN, f'{own} has other publishers: results may '
+             'arrive twice; check for a second predictor of this name'),
             (rms is not None, level, 'RMS of measured minus predicted effort'),
             (True, level, 'no residual in the last second: see the statuses filter and effort'))
 

@@ -164,7 +164,10 @@ def test_a_flood_of_requests_costs_no_joint_state(robot, predictor, motion, stam
 
 
 def test_a_second_publisher_is_reported(robot, predictor, motion, helper):
-    motion.run(0.5)
+    twin = robot.create_publisher(JointState, RESIDUAL, 10)
+    motion.until(lambda: any('a second predictor of this name' in message
+                             for message in reported(robot, 'residual', WARN)))
+    robot.destroy_publisher(twin)
     other = helper('publish_zeros')
     motion.until(lambda: any('a second publisher on the topic' in message for name in (
         'input', 'filter') for message in reported(robot, name, WARN)))
