@@ -62,8 +62,7 @@ def _renames(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
     if source.is_dir() and target.is_dir():
         for entry in sorted(source.iterdir()):
             yield from _renames(entry, target / entry.name)
-    elif os.path.lexists(target) and (
-            source.is_dir() or target.exists() and not target.is_file()):
+    elif os.path.lexists(target) and (source.is_dir() or target.exists() and not target.is_file()):
         kind = 'folder' if target.is_dir() else 'file' if target.is_file() else 'device or pipe'
         raise FileExistsError(f'{target} is a {kind}')
     else:

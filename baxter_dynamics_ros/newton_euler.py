@@ -29,8 +29,7 @@ def build_model(parameters: ArmParameters, payload: Payload, gravity: Array,
         # From the rotating frame to the paper's link frame: the rest of eq. (2).
         placement = pin.SE3(pin.utils.rotate('x', parameters.alpha[i]),
                             np.array([parameters.a[i], 0.0, parameters.d[i]]))
-        body = pin.Inertia(parameters.mass[i], parameters.center_of_mass[i],
-                           parameters.inertia[i])
+        body = pin.Inertia(parameters.mass[i], parameters.center_of_mass[i], parameters.inertia[i])
         model.appendBodyToJoint(joint, body, placement)
     load = pin.Inertia(payload.mass, np.array(payload.center_of_mass), payload.inertia_tensor)
     model.appendBodyToJoint(joint, load, placement)

@@ -101,8 +101,7 @@ def _measured(
     lag = check.lag
     if lag is not None and abs(lag.value - settings.acceleration.velocity_lag) > max(
             _LAG_OFF, _SIGMAS * lag.uncertainty):
-        settings = settings.replace(
-            {'acceleration.velocity_lag': round(max(lag.value, 0.0), 4)})
+        settings = settings.replace({'acceleration.velocity_lag': round(max(lag.value, 0.0), 4)})
         motions, _ = read()  # with the new delay
     return settings, long_enough(motions), lag, [*notices, *check.problems, *warnings(motions)]
 

@@ -138,8 +138,7 @@ def _compare(side: str, measured: 'list[Received]', predicted: 'list[Received]',
         'acceleration')
     signals = {'measured': (time, prediction + error), 'predicted': (time, prediction),
                'residual': (time, error), 'first difference': (raw_time, difference)}
-    show_table(('joint', *signals),
-               zip(JOINTS, *(rms(values) for _, values in signals.values())))
+    show_table(('joint', *signals), zip(JOINTS, *(rms(values) for _, values in signals.values())))
     return signals
 
 

@@ -30,8 +30,8 @@ class Listener:
     """
     A node that subscribes to topics; a context manager that shuts ROS down.
 
-    Inside it, SIGINT, SIGTERM and SIGHUP take effect when it waits for messages: within a call of rclpy
-    their exception would be lost or turn into another one. A second signal takes effect at once.
+    Inside it, SIGINT, SIGTERM and SIGHUP take effect when it waits for messages: within a call of
+    rclpy their exception would be lost or become another one. A second signal acts at once.
     Raises BaxterDynamicsError if ROS does not start or the name of a topic is invalid.
     """
 

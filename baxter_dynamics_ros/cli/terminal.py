@@ -29,7 +29,8 @@ def complain(line: str) -> None:
 
 def write(text: str) -> None:
     """Write a text to stdout as it is; characters that the encoding lacks are escaped."""
-    _treat_missing_characters('backslashreplace')
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors='backslashreplace')
     try:
         print(text, end='', flush=True)
     except OSError as error:
@@ -40,15 +41,11 @@ def write(text: str) -> None:
         raise BaxterDynamicsError(f'standard output: {error.strerror}') from None
 
 
-def _treat_missing_characters(errors: str) -> None:
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors=errors)
-
-
 def plain_console() -> Console:
     """Return a console that prints text as it is, with '?' for what the encoding lacks."""
     from rich.console import Console
-    _treat_missing_characters('replace')
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors='replace')
     return Console(markup=False, highlight=False, emoji=False)
 
 

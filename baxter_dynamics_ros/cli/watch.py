@@ -21,8 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         'longest time to wait (default: 10)')
     parser.add_argument('--once', action='store_true',
                         help='wait for data, print it once and exit; exit code 1 if none arrives')
-    parser.add_argument('--save', metavar='FILE.svg',
-                        help='save the last view as an SVG figure')
+    parser.add_argument('--save', metavar='FILE.svg', help='save the last view as an SVG figure')
 
 
 def main(args: argparse.Namespace) -> int:

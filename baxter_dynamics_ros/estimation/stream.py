@@ -77,8 +77,7 @@ class JointSelector:
             has_velocity &= not np.isnan(sample[1]).any()
             has_effort &= not np.isnan(sample[2]).any()
         sample.setflags(write=False)
-        return (sample[0], sample[1] if has_velocity else None,
-                sample[2] if has_effort else None)
+        return (sample[0], sample[1] if has_velocity else None, sample[2] if has_effort else None)
 
 
 class State(NamedTuple):

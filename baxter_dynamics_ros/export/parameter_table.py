@@ -17,8 +17,7 @@ FRAMES = (
 _MEANINGS = (
     ('izz1', 'kg m^2', 'moment of inertia of link 1 about its joint'),
     (r'h([xy])(\d)', 'kg m', r'first moment of mass \1 of link \2, body frame \2'),
-    (r'([xy])([yxz])(\d)', 'kg m^2',
-     r'second moment of mass \1 \2 of link \3, body frame \3'),
+    (r'([xy])([yxz])(\d)', 'kg m^2', r'second moment of mass \1 \2 of link \3, body frame \3'),
     (r'([ad])(\d)', 'm', r'Denavit-Hartenberg \1 of link \2'),
     (r'up_(.)', 'm/s^2', r"minus the gravity vector, \1 in the paper's frame {0}"),
     ('sin_alpha7', '1', 'sine of Denavit-Hartenberg alpha of link 7'),

@@ -91,8 +91,7 @@ def finite_batches(names: Sequence[str], values: Sequence[ArrayLike]) -> list[Ar
         broadcast = np.broadcast_arrays(*arrays)
     except ValueError:
         shapes = ', '.join(f'{name} {a.shape}' for name, a in zip(names, arrays))
-        raise ArgumentError(', '.join(names),
-                            f'leading axes do not broadcast: {shapes}') from None
+        raise ArgumentError(', '.join(names), f'leading axes do not broadcast: {shapes}') from None
     return [np.require(array, float, ['C', 'A']) for array in broadcast]
 
 

@@ -109,8 +109,7 @@ def gravity(p: ArmParameters, q: ArrayLike, g: ArrayLike) -> Array:
     return result
 
 
-def inverse_dynamics(p: ArmParameters, q: ArrayLike, qd: Array, qdd: Array,
-                     g: ArrayLike) -> Array:
+def inverse_dynamics(p: ArmParameters, q: ArrayLike, qd: Array, qdd: Array, g: ArrayLike) -> Array:
     """Return tau of eq. (5), (..., 7) [N m]."""
     inertial = np.einsum('...ik,...k->...i', mass_matrix(p, q), qdd)
     coriolis = np.einsum('...ik,...k->...i', coriolis_matrix(p, q, qd), qd)

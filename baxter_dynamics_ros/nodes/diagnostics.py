@@ -84,9 +84,8 @@ class PredictorDiagnostics:
         topic, selector = self.topic, self.predictor.stream.selector
         wanted = f'; looking for {selector.names[0]} ... {selector.names[-1]}'
         if self.statistics.since(Event.NOT_THIS_ARM) and selector.other_names is not None:
-            return (f'joint states on {topic} contain {seen}{wanted} (parameters arm and '
-                    'joint_prefix)' if seen else
-                    f'joint states on {topic} have no joint names{wanted}')
+            return (f'joint states on {topic} contain {seen or "no joint names"}{wanted} '
+                    '(parameters arm and joint_prefix)')
         if not types:
             return f'{topic} has no publisher: is a bridge running with the same ROS_DOMAIN_ID?'
         if _TYPE not in types:
@@ -165,8 +164,7 @@ class PredictorDiagnostics:
             {'contact': 'unknown' if is_unknown else detector.in_contact,
              'contact for [s]': f'{detector.duration:.1f}',
              'joints in contact': joints,
-             'joints in contact in the last period': ', '.join(
-                 names_of(self.statistics.touched)),
+             'joints in contact in the last period': ', '.join(names_of(self.statistics.touched)),
              'wrenches withheld': self.statistics.counts['withheld'],
              'unexplained by a wrench [N m]': (
                  'none' if unexplained is None else f'{unexplained:.3f}'),

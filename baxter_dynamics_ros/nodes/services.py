@@ -71,8 +71,7 @@ class DynamicsServices:
         response.inertial = to_field(inertial)
         response.coriolis = to_field(velocity)
         response.gravity = to_field(gravity)
-        response.actuator_effort = to_field(
-            model.effort_model.effort(tau, q, qd, qdd, presliding))
+        response.actuator_effort = to_field(model.effort_model.effort(tau, q, qd, qdd, presliding))
         response.mass_matrix = mass.ravel()
         response.coriolis_matrix = coriolis.ravel()
         return self._succeed(response, 'inverse dynamics', motion)

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from .data_check import DataCheck, event_notices, Notice, RunningCheck
-from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics,
-                                 Statistics)
+from .evaluation_results import (Evaluation, METHODS, RunningBands, RunningStatistics, Statistics)
 from .playback import (Contact, contact_rows, find_contacts, MOST_CONTACT, play, Samples,
                        stamp_statistics, StampStatistics)
 from .recording import Recording

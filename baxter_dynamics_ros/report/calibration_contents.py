@@ -105,8 +105,7 @@ def parameters_picture(calibration: Calibration) -> 'Picture | None':
         axis.set_xticks(range(N_JOINTS), JOINTS)
         axis.set_xlim(-0.5, N_JOINTS - 0.5)
     legend(figure)
-    return Picture('parameters', 'Parameters of each joint with standard deviations',
-                   svg(figure))
+    return Picture('parameters', 'Parameters of each joint with standard deviations', svg(figure))
 
 
 def spring_picture(calibration: Calibration) -> 'Picture | None':

@@ -144,8 +144,7 @@ def svg(figure: Figure) -> bytes:
     rules = '\n'.join(f'[style*="{name}: {light}"] {{{name}: {dark} !important}}'
                       for light, dark in _DARK.items() for name in ('fill', 'stroke')
                       if f'{name}: {light}' in text)
-    text = text.replace(
-        '</style>', f'@media (prefers-color-scheme: dark) {{{rules}}}</style>', 1)
+    text = text.replace('</style>', f'@media (prefers-color-scheme: dark) {{{rules}}}</style>', 1)
     return re.sub(r'(?<= d=")[^"]*', _rounded, text).encode('utf-8')
 
 

@@ -8,8 +8,8 @@ from .wire import JointState
 _MEMORY = 10_000_000_000  # [ns]; a drift of 50 ppm changes the offset by 0.5 ms in it
 _SLEW = 0.002  # maximum rate of change of the offset: 20 us between stamps at 100 Hz
 _LONGEST = 100_000_000  # maximum time step of the slew [ns]
-# A clock was set if one message is _EARLY before the offset, or if all are _LATE after it for
-# _LATE_FOR [ns].
+# A clock was set if one message is _EARLY before the offset, or _LATE after it with a stamp _LATE
+# before the last one, or if all are _LATE after it for _LATE_FOR [ns].
 _EARLY, _LATE, _LATE_FOR = 100_000_000, 500_000_000, 1_000_000_000
 
 
@@ -82,7 +82,6 @@ class ClockOffset:
             self._late_since = None
         elif self._late_since is None:
             self._late_since = arrival_ns
-        # A stamp before the last one shows at once that the robot's clock was set.
         if late < -_EARLY or late > _LATE and stamp_ns < self._stamp_ns - _LATE or (
                 self._late_since is not None and arrival_ns - self._late_since >= _LATE_FOR):
             self._restart()

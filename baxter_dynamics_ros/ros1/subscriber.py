@@ -1,7 +1,7 @@
 """Subscriber to topics of a ROS 1 robot, connected to every publisher of each topic."""
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from math import inf
 import os
@@ -108,8 +108,8 @@ class Subscriber:
         connections = self.connections(topic)
         if not connections:
             return [Ros1Error('topic', f'{topic} is not published',
-                              'has the robot finished starting? Check the name of the topic; after '
-                              'a restart of the master alone, restart the robot')]
+                              'has the robot finished starting? Check the name of the topic; '
+                              'after a restart of the master alone, restart the robot')]
         found = [each.problem for each in connections if each.problem is not None]
         if self.is_called is False:
             found.append(Ros1Error(
@@ -146,11 +146,9 @@ class Subscriber:
             if not self._ended.wait(REST):
                 self._wake.wait(PERIOD - REST)
         self._follow({})
-        try:
+        with suppress(Ros1Error):  # the master is gone, and the registration with it
             for topic in self.topics if self._api else ():
                 self.master.ask('unregisterSubscriber', topic, self._api, parse=bool)
-        except Ros1Error:
-            pass  # the master is gone, and the registration with it
         self._server.shutdown()
         self._server.server_close()
 

@@ -143,8 +143,7 @@ def still(noise):
 REFUSED = {
     'no recordings': lambda: [],
     'no joint moves faster than 0.0': lambda: [still(noise=0.1)],
-    'measured effort is exactly zero': lambda: [record().changed(
-        lambda q, v, e: (q, v, 0.0 * e))],
+    'measured effort is exactly zero': lambda: [record().changed(lambda q, v, e: (q, v, 0.0 * e))],
     'no measured effort': lambda: [record().changed(lambda q, v, e: (q, v, e[:0]))],
     'the fit leaves the range of a parameter: effort_model.bias': lambda: [record().changed(
         lambda q, v, e: (q, v, e + 60.0))],

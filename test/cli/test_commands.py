@@ -1,5 +1,6 @@
 """The commands as processes: interrupted, without extras, and with unusual names and settings."""
 
+from contextlib import suppress
 import os
 import signal
 import subprocess
@@ -21,11 +22,9 @@ def wait_until_open(process, file):
     folder = f'/proc/{process.pid}/fd'
     while process.poll() is None and time.monotonic() < limit:
         for descriptor in os.listdir(folder):
-            try:
+            with suppress(FileNotFoundError):  # closed meanwhile
                 if os.readlink(f'{folder}/{descriptor}') == str(file):
                     return
-            except FileNotFoundError:  # closed meanwhile
-                pass
         time.sleep(0.01)
     pytest.fail(f'{file} is not read: {process.communicate()}')
 

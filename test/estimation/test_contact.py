@@ -234,8 +234,7 @@ def test_a_dt_of_zero_changes_nothing(detector):
         before = detector.in_contact, detector.bias.tolist(), detector.threshold.tolist()
         for _ in range(5):
             detector.update(0.0, row, HOME)
-        assert before == (detector.in_contact, detector.bias.tolist(),
-                          detector.threshold.tolist())
+        assert before == (detector.in_contact, detector.bias.tolist(), detector.threshold.tolist())
     fresh = ContactDetector(ContactSettings(), 0.0)
     assert not fresh.update(0.0, REST, HOME)
     assert not play(fresh, still(1.0)).any()

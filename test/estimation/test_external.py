@@ -127,8 +127,7 @@ INTERRUPTIONS = {
         lambda messages: [stray(messages[0], True), *messages[1:]], None, 1),
     'position alone from another publisher': (
         lambda messages: [(*messages[0][:2], np.empty(0), np.empty(0)), *messages[1:]], None, 1),
-    'missing effort': (
-        lambda messages: [(*messages[0][:3], np.empty(0)), *messages[1:]], None, 3),
+    'missing effort': (lambda messages: [(*messages[0][:3], np.empty(0)), *messages[1:]], None, 3),
     'reset': (None, {}, 50),
     **{f'{name} -> {value}': (None, {name: value}, 0) for name, value in {
         'payload.mass': 0.01, 'acceleration.cutoff': 6.0, 'contact.memory': 31.0,

@@ -78,8 +78,7 @@ def test_first_order_difference_is_worse(recordings, tracking):
     arm, model, prototype = BaxterArm(), EffortModel(), []
     for q, qd, effort in all_:
         q, qd, qdd, effort = q[1:], qd[1:], np.diff(qd, axis=0) / period, effort[1:]
-        prototype.append(effort - model.effort(
-            arm.inverse_dynamics(q, qd, qdd), q, qd, qdd))
+        prototype.append(effort - model.effort(arm.inverse_dynamics(q, qd, qdd), q, qd, qdd))
     print("with the paper's first difference:", rms(prototype).round(2))
     np.testing.assert_allclose(
         rms(prototype), [4.39, 3.17, 2.50, 1.45, 0.23, 0.37, 0.20], atol=0.05)

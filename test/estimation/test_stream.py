@@ -128,8 +128,7 @@ def test_stamps_are_the_clocks(mode):
         assert begun[0] == 0 and stream.counts[Event.RESET_STAMP_SOURCE] == 1
         assert 0 < stream.counts[Event.REPEATED_STAMP] < 30  # before they were recognised
     else:
-        assert stream.counts == {'received': 600, 'taken': 600,
-                                 Event.AWAITING_PERIOD: begun[0]}
+        assert stream.counts == {'received': 600, 'taken': 600, Event.AWAITING_PERIOD: begun[0]}
     assert 90 < begun[-1] < 130 and len(begun) == (2 if mode == 'auto' else 1)
 
 

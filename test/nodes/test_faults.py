@@ -165,8 +165,7 @@ def test_a_flood_of_requests_costs_no_joint_state(robot, predictor, motion, stam
 
 def test_a_second_publisher_is_reported(robot, predictor, motion, helper):
     twin = robot.create_publisher(JointState, RESIDUAL, 10)
-    motion.until(lambda: any('a second predictor of this name' in message
-                             for message in reported(robot, 'residual', WARN)))
+    motion.until(lambda: 'a second predictor' in str(reported(robot, 'residual', WARN)))
     robot.destroy_publisher(twin)
     other = helper('publish_zeros')
     motion.until(lambda: any('a second publisher on the topic' in message for name in (
@@ -191,8 +190,7 @@ def test_a_publisher_may_stop_die_and_come_back(robot, start, stamps):
         return max(stamps(robot.residual), default=0) > since
     robot.diagnostics.clear()
     with stopped(baxter):
-        robot.until(lambda: any('no joint states received' in message
-                                for message in reported(robot, 'input', STALE)))
+        robot.until(lambda: 'no joint states received' in str(reported(robot, 'input', STALE)))
         robot.residual.clear()
         continued = time.time_ns()
     robot.until(lambda: predicts_again(continued))

@@ -10,8 +10,7 @@ BOTH = '$(equals $(var arm) both)'
 # Condition -> arm, namespace and parameters of each predictor. The last value of a parameter
 # holds, so the arm of the parameter file holds unless an argument names it.
 PREDICTORS = {
-    '$(equals $(var arm) as_in_params)': [
-        ('$(var namespace)', [{'from': '$(var params)'}])],
+    '$(equals $(var arm) as_in_params)': [('$(var namespace)', [{'from': '$(var params)'}])],
     '$(or $(equals $(var arm) right) $(equals $(var arm) left))': [
         ('$(var namespace)', [{'from': '$(var params)'}, {'name': 'arm', 'value': '$(var arm)'}])],
     BOTH: [(f'$(var namespace)/{arm}',

@@ -30,8 +30,7 @@ class Recording:
 
     def __init__(self, n=600, stamps=None, without=()):
         self.stamps = START + 10 ** 7 * np.arange(n) if stamps is None else stamps
-        self.q, self.qd, self.effort = measured(
-            PredictorSettings(), 1e-9 * (self.stamps - START))
+        self.q, self.qd, self.effort = measured(PredictorSettings(), 1e-9 * (self.stamps - START))
         self.effort += np.random.default_rng(3).normal(0.0, 0.05, self.q.shape)
         self._without = without
 
@@ -106,8 +105,7 @@ def test_estimators_differ_as_documented(case):
     rows = slice(len(recording.q) - len(predictions), None)
     q, qd, effort = recording.q[rows], recording.qd[rows], recording.effort[rows]
     qdd = (np.diff(recording.qd, axis=0) / 0.01)[-len(q):]
-    error = effort - model.effort_model.effort(
-        model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
+    error = effort - model.effort_model.effort(model.arm.inverse_dynamics(q, qd, qdd), q, qd, qdd)
     np.testing.assert_allclose(found.estimators['first_difference'].rms, rms(error), rtol=1e-6)
 
 

@@ -31,8 +31,7 @@ def test_joint_states_round_trip(tmp_path, read_bag, names, position, velocity, 
         assert (received, message.header.frame_id) == wanted
         assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == START
         assert message.name == list(names)
-        for field, values in zip(('position', 'velocity', 'effort'),
-                                 (position, velocity, effort)):
+        for field, values in zip(('position', 'velocity', 'effort'), (position, velocity, effort)):
             np.testing.assert_array_equal(getattr(message, field), values)
 
 

@@ -24,8 +24,7 @@ parser.add_argument('--play', type=argparse.FileType(), default=())
 options = parser.parse_args(rospy.myargv()[1:])
 
 rospy.init_node(options.name, disable_signals=True)
-publisher = rospy.Publisher('/robot/joint_states', JointState, queue_size=10000,
-                            tcp_nodelay=True)
+publisher = rospy.Publisher('/robot/joint_states', JointState, queue_size=10000, tcp_nodelay=True)
 names = options.joints.split()
 rows = [json.loads(line) for line in options.play]
 

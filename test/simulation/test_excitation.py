@@ -26,8 +26,7 @@ def right():
 def judge(q, qd, qdd):
     """Return the condition number and the columns' own parts of a motion every 10 ms."""
     z = excitation_search.presliding(q)
-    return excitation_search.judge(excitation_search.design(
-        *(x[::10] for x in (q, qd, qdd, z))))
+    return excitation_search.judge(excitation_search.design(*(x[::10] for x in (q, qd, qdd, z))))
 
 
 def test_keeps_to_the_joints_limits_and_sweeps_nearly_all_of_the_springs_range(right):

@@ -113,8 +113,7 @@ def test_poses_rest_in_each_posture_and_come_from_the_other_side_on_a_second_lap
     assert len(POSTURES) == 3 and np.ptp(path[200:350], axis=0).min() > 0.1  # every joint moves
     for k, posture in enumerate(POSTURES):
         start = round(k * (REST + MOVE) / PERIOD)
-        np.testing.assert_allclose(path[start:start + 200], np.tile(posture, (200, 1)),
-                                   atol=1e-12)
+        np.testing.assert_allclose(path[start:start + 200], np.tile(posture, (200, 1)), atol=1e-12)
         begin = start + round(LAP / PERIOD)
         way = np.sign(posture - POSTURES[k - 1])
         np.testing.assert_allclose(path[begin], posture + trajectories.OVERSHOOT * way, atol=1e-9)
