@@ -1,7 +1,8 @@
 """External effort, wrench, contact, and the payload that explains the residual."""
 
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
-from baxter_dynamics_ros.model.joints import (joint_names, JOINTS, POSITION_LOWER, POSITION_UPPER)
+from baxter_dynamics_ros.model.joints import (joint_names, JOINTS, POSITION_LOWER,
+                                              POSITION_UPPER)
 from baxter_dynamics_ros.nodes.messages import stamp_ns
 from baxter_dynamics_ros.simulation.description import find_description
 from geometry_msgs.msg import InertiaStamped, WrenchStamped
@@ -127,7 +128,8 @@ def test_a_payload_is_explained_and_published(robot, start, stamps):
     start('fake_baxter', '-p', f'payload.mass:={LOAD}', '-p', f'payload.center_of_mass:={CENTER}')
     robot.until(lambda: payloads and payloads[-1].inertia.m == pytest.approx(LOAD, abs=0.2))
     assert payloads[-1].header.frame_id == 'right_hand'
-    robot.until(lambda: "'explanation': 'residual is what " in str(list(robot.statuses())))
+    robot.until(lambda: any(report['residual'][2]['explanation'].startswith('residual is what ')
+                            for report in robot.statuses()))
     published = set(stamps(deviations))
     robot.until(lambda: published and published <= set(stamps(robot.residual)))
     assert all(list(each.effort) == deviation for each in deviations)
