@@ -124,8 +124,9 @@ def _plan(args: argparse.Namespace) -> int:
     robot = FakeBaxter(arm, 'exciting', seed=args.seed)
     robot.reference = JointTrajectory(lambda t: motion(t)[0])
     record_bag(folder / BAG, robot, motion.duration + _REST, _RATE, args.seed)
-    write_plan(plan := folder / 'plan.csv', arm, motion)
-    write_trajectory(trajectory := folder / 'trajectory.json', arm, motion)
+    plan, trajectory = folder / 'plan.csv', folder / 'trajectory.json'
+    write_plan(plan, arm, motion)
+    write_trajectory(trajectory, arm, motion)
     say(f"for the SDK's joint_trajectory_file_playback.py: {plan}",
         f'trajectory_msgs/JointTrajectory for FollowJointTrajectory: {trajectory}',
         'Keep 1.2 m around the arm clear, and move both arms to the first waypoint beforehand: '

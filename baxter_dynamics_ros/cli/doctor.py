@@ -221,7 +221,8 @@ def ros2_checks(topic: str) -> Iterator[Check]:
         diagnostics: list[Any] = []
         listener.subscribe(DiagnosticArray, topics.DIAGNOSTICS, diagnostics.append)
         states = listener.joint_states(topic)
-        yield (publishers := _publishers(listener, topic))
+        publishers = _publishers(listener, topic)
+        yield publishers
         if publishers.passed:
             found = listener.wait(lambda: states, _PATIENCE)
             yield Check('ROS 2 data', found, f'{"" if found else "no "}joint states on {topic}',

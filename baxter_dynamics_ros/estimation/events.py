@@ -85,7 +85,7 @@ class Event(Enum):
     AWAITING_PERIOD = 'awaiting_period'
     SPRING_HELD = (
         'spring_held', 's1 is outside effort_model.spring_range: using the spring torque at the '
-        'limit, expect a residual at s1; convert angles from 0 to 2 pi to -pi to pi')
+        'limit, expect a residual at s1; check that angles run from -pi to pi')
 
 
 # The message is dropped.

@@ -84,8 +84,9 @@ class PredictorDiagnostics:
         topic, selector = self.topic, self.predictor.stream.selector
         wanted = f'; looking for {selector.names[0]} ... {selector.names[-1]}'
         if self.statistics.since(Event.NOT_THIS_ARM) and selector.other_names is not None:
-            return (f'joint states on {topic} contain {seen or "no joint names"}{wanted} '
-                    '(parameters arm and joint_prefix)')
+            return (f'joint states on {topic} contain {seen}{wanted} (parameters arm and '
+                    'joint_prefix)' if seen else
+                    f'joint states on {topic} contain no joint names{wanted}')
         if not types:
             return f'{topic} has no publisher: is a bridge running with the same ROS_DOMAIN_ID?'
         if _TYPE not in types:
