@@ -196,7 +196,7 @@ def _summary(predictor: MonitoredPredictor, *others: MonitoredPredictor, now: fl
     if in_contact and wrench is not None:
         contact += f', {np.linalg.norm(force_of(wrench)):.0f} N at the hand'
     sentences = predictor.residual(now), predictor.explanation(now), predictor.rates(now)
-    return (_paragraph(''.join(f' (--arm {each.side} shows the other)' for each in others),
+    return (_paragraph(''.join(f' (--node {each.name} shows the other)' for each in others),
                        title=f'{predictor.side.capitalize()} arm')
             + _paragraph(contact, _LEVELS[2] if in_contact else '')
             + ''.join(map(_paragraph, filter(None, sentences))))
