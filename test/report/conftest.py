@@ -14,9 +14,6 @@ import numpy as np
 import pytest
 from report.pages import HOSTILE
 
-pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
-pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
-
 AMPLITUDE = np.array([5.0, 20.0, 3.0, 8.0, 0.5, 0.6, 0.1])  # of the measured effort [N m]
 OFFSET = np.array([0.5, -0.25, 0.125, 0.01, -0.02, 0.03, 0.08])  # of the error [N m]
 PERIOD = 0.08  # [s]

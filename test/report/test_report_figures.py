@@ -4,10 +4,14 @@ from dataclasses import replace
 import re
 from xml.etree import ElementTree
 
-from baxter_dynamics_ros.report import calibration_contents, drawing
-from baxter_dynamics_ros.report.evaluation_report import effort_picture
 import numpy as np
 import pytest
+
+pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
+pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
+
+from baxter_dynamics_ros.report import calibration_contents, drawing  # noqa: E402, I100
+from baxter_dynamics_ros.report.evaluation_report import effort_picture  # noqa: E402
 
 
 @pytest.fixture(scope='module', autouse=True)

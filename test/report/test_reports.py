@@ -12,12 +12,16 @@ from baxter_dynamics_ros.model.paper_tables import TABLE_V, TABLE_V_SUM
 from baxter_dynamics_ros.recordings.evaluation_results import (ESTIMATORS, Expected, METHODS,
                                                                TERMS)
 from baxter_dynamics_ros.recordings.playback import Contact
-from baxter_dynamics_ros.report import calibration_contents as contents
-from baxter_dynamics_ros.report import calibration_report, evaluation_report
-from baxter_dynamics_ros.report.page import change, findings, number
 import numpy as np
 import pytest
 from report.pages import HOSTILE, Page
+
+pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
+pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
+
+from baxter_dynamics_ros.report import calibration_contents as contents  # noqa: E402, I100
+from baxter_dynamics_ros.report import calibration_report, evaluation_report  # noqa: E402
+from baxter_dynamics_ros.report.page import change, findings, number  # noqa: E402
 
 SHOWN = HOSTILE.replace('\udcff', '?')
 

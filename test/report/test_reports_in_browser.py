@@ -4,6 +4,9 @@ import shutil
 
 import pytest
 
+pytest.importorskip('matplotlib', reason='reports need matplotlib: pip install matplotlib')
+pytest.importorskip('jinja2', reason='reports need Jinja: pip install jinja2')
+
 SCREENS = {'laptop': {'viewport': {'width': 1280, 'height': 800}},
            'phone': {'viewport': {'width': 360, 'height': 640}, 'is_mobile': True,
                      'has_touch': True, 'color_scheme': 'dark'}}
