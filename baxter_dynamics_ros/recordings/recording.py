@@ -80,6 +80,8 @@ def choose_arm(where: str, names: set[str], arm: 'str | None', prefix: str) -> s
     if not sides:
         found = (f'only {first_names(sorted(names))}' if names else
                  'its joint states name no joints')
+        if any(name.endswith(joint_names('right') + joint_names('left')) for name in names):
+            found += '; check --arm and the parameters arm and joint_prefix'
         raise BagError(f'{where} has no joints of {f"the {arm}" if arm else "an"} arm'
                        f'{f" with the prefix {prefix}" if prefix else ""}, {found}')
     if len(sides) > 1:

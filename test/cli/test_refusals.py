@@ -9,7 +9,8 @@ TAKEN = 'exists; choose another name, or replace it with --force'
 THEIRS = 'exists and was not written by an export; move it, or choose another name'
 EITHER = 'expected either a language or --base-parameters'
 ONLY_RIGHT = ('run: /robot/joint_states has no joints of the left arm, only right_e0, right_e1, '
-              'right_s0, right_s1, right_w0, right_w1, right_w2')
+              'right_s0, right_s1, right_w0, right_w1, right_w2; check --arm and the parameters '
+              'arm and joint_prefix')
 
 REFUSALS = [  # arguments, reason
     ('calibrate', 'expected a recording, or --plan to make one'),
@@ -26,7 +27,6 @@ REFUSALS = [  # arguments, reason
      '--output: {here}/run/metadata.yaml belongs to the input run'),
     ('calibrate run --params robot.yaml -o link.yaml --force',
      '--output: {here}/link.yaml belongs to the input robot.yaml'),
-    ('calibrate run left', 'the recordings are of both arms: calibrate one arm at a time (--arm)'),
     ('calibrate run --arm left', ONLY_RIGHT),
     ('demo --output none/demo.png', '--output: no folder {here}/none'),
     ('experiment lift -o theirs', '--output: {here}/theirs exists; choose another name'),
