@@ -70,8 +70,8 @@ class Event(Enum):
         'reset_velocity_source', 'the velocity source changed between measured velocity and slope '
         'of the positions')
     RESET_STAMP_SOURCE = (
-        'reset_stamp_source', 'the stamp source changed (header, arrival or receipt): see the '
-        'status stamps')
+        'reset_stamp_source', 'the stamp source changed (header, arrival or receipt): set '
+        'the parameter stamps to keep one source')
     RESET_RESYNC = (
         'reset_resync', 're-timing restarted because messages no longer arrive at a steady rate: '
         'check the rate of the publisher and the network')
