@@ -101,7 +101,7 @@ class RunningCheck:
             return None
         data = _Data.of(self._settings, self._rows.swapaxes(0, 1))
         inertial, gravity, spring, coulomb = _gains(data, self._duration)
-        data = data._replace(complete=data.complete | spring.known & (np.abs(spring.value) < 0.4))
+        data = data._replace(complete=data.complete ^ spring.known & (np.abs(spring.value) < 0.4))
         check = DataCheck(*_overall(data), inertial, gravity, spring, coulomb.value,
                           *lag_and_scale(self._velocity))
         return replace(check, problems=tuple(_problems(data, check)))
@@ -119,7 +119,7 @@ class _Data(NamedTuple):
     inertial: Array  # M qdd + C qd [N m]
     spring: Array  # of the default shape if the settings have none [N m]
     predicted: Array  # without friction and bias [N m]
-    complete: Bools  # (7,); false for s1 if the settings omit springs that the effort may show
+    complete: Bools  # (7,); false for s1 where settings and effort may differ in the springs
 
     @classmethod
     def of(cls, settings: PredictorSettings, motion: Array) -> '_Data':
@@ -287,8 +287,9 @@ def event_notices(counts: Mapping[Any, int], recording: str = '') -> Iterator[No
     for event in Event:
         if event.remedy and counts.get(event):
             refuses = event is Event.IMPLAUSIBLE and counts[event] > _FEW * counts['taken']
-            yield Notice(event.value, f'{counts[event]} x {event.value}', (), recording, refuses,
-                         event.remedy)
+            words = f"of {counts['received']} joint states are" if refuses else 'x'
+            yield Notice(event.value, f'{counts[event]} {words} {event.value}', (), recording,
+                         refuses, event.remedy)
 
 
 def _numbers(where: Bools, values: Array) -> str:

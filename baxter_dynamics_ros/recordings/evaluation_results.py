@@ -73,7 +73,7 @@ class Evaluation(Statistics):
     # 'measured' and METHODS (effort), 'error_' + each of METHODS, and 'deviation' (expected
     # standard deviation of the error) [N m].
     bands: dict[str, Band]
-    check: 'DataCheck | None' = None  # None if too few samples have effort
+    check: 'DataCheck | None' = None  # None if too few samples have effort or are plausible
     contacts: tuple[Contact, ...] = ()  # where the residual exceeds errors of the model
     explained: tuple[Explained, ...] = ()  # what explains the residual, every ten seconds
 
