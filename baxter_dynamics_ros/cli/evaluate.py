@@ -17,11 +17,13 @@ from ..model import BaxterDynamicsError, JOINTS
 from ..recordings.advice import assess, Assessment
 from ..recordings.evaluation_results import Evaluation, Statistics
 
+_FOLDER = 'baxter_evaluation'
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``baxter_dynamics evaluate``."""
     add_recordings(parser)
-    parser.add_argument('-o', '--output', default='baxter_evaluation', metavar='DIR',
+    parser.add_argument('-o', '--output', default=_FOLDER, metavar='DIR',
                         help='folder for the report (default: %(default)s)')
     parser.add_argument('--save-bag', metavar='OUT',
                         help='write the predicted effort, the residual with its deviation and the '
@@ -51,7 +53,9 @@ def main(args: argparse.Namespace) -> int:
                         recording, replace(settings, arm=recording.arm), writer, args.node)
         # Within, so that there is no new bag without a report.
         total = evaluator.total()
-        assessment = assess(total, evaluations, settings, _inputs(args))
+        place = [] if args.output == _FOLDER else ['-o', args.output]
+        assessment = assess(total, evaluations, settings, _inputs(args),
+                            shlex.join([*place, '--force']))
         _print(evaluations, total, assessment)
         write_evaluation(folder, evaluations, total, assessment, args.command_line,
                          ', '.join(Path(path).name for path in args.params)
@@ -82,7 +86,8 @@ def _print(evaluations: list[Evaluation], total: Statistics, assessment: Assessm
     say('')
     for evaluation in evaluations:
         for notice in evaluation.notices:
-            say(f'warning: {evaluation.name}: {notice}')
+            if len(evaluations) > 1 or notice.finding not in assessment.verdict.text:
+                say(f'warning: {evaluation.name}: {notice}')
     if (errors := total.methods.get('lagrange_euler')) is None:
         return
     say(f'{errors.count} predictions compared; e = measured - predicted effort '

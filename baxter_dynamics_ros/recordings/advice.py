@@ -18,6 +18,7 @@ from ..model import EffortModel, JOINTS, N_JOINTS, names_of
 CALIBRATED = np.array([0.5, 1.0, 0.5, 0.35, 0.15, 0.25, 0.1])
 
 _COVERED = 0.85  # share of residuals within 1.96 deviations below which a joint exceeds them
+_DURATION = 10.0  # minimum duration of the recordings of a calibration [s]
 _FREQUENT = 1 / 3  # share of the explanations that makes one worth acting on
 
 _FITTED = {'tilt': 'a tilted base', 'friction': 'friction'}  # explanations a calibration removes
@@ -47,15 +48,16 @@ class Assessment(NamedTuple):
 
 
 def assess(total: Statistics, evaluations: Sequence[Evaluation], settings: PredictorSettings,
-           recordings: str) -> Assessment:
+           recordings: str, output: str = '--force') -> Assessment:
     """
     Assess the residual of the Lagrange-Euler effort over all recordings and in each.
 
-    The recordings are named with their options, as on the command line.
+    The recordings are named with their options, as on the command line; ``output`` has the
+    options with which another evaluation replaces this report.
     """
     problems = [notice for evaluation in evaluations for notice in evaluation.notices
                 if notice.refuses or notice.kind == 'springs']
-    evaluate = f'baxter_dynamics evaluate {recordings} --force'
+    evaluate = f'baxter_dynamics evaluate {recordings} {output}'
     if problems:
         verdict = Verdict('wrong_data', 'The data do not match the model of these settings: '
                           f'{problems[0].finding}.', problems[0].joints)
@@ -115,11 +117,14 @@ def _improvements(verdict: Verdict, evaluations: Sequence[Evaluation], recording
     if verdict.kind != 'calibrated':
         output = 'my_robot_new.yaml' if 'my_robot.yaml' in recordings else 'my_robot.yaml'
         causes = ' and '.join(text for kind, text in _FITTED.items() if kind in found)
+        is_usable = sum(one.duration for one in evaluations) >= _DURATION and any(
+            one.check is None or np.isfinite(one.check.gain).any() for one in evaluations)
         yield Advice(
             'calibrate', (f'Much of the residual is due to {causes}. ' if causes else '')
             + 'Calibrate with at least ten seconds, preferably a minute, of motion of all joints '
             '(calibrate --plan writes one):', f'baxter_dynamics calibrate {recordings}'
-            f'{" --payload" if "payload" in found else ""} -o {output}')
+            f'{" --payload" if "payload" in found else ""} -o {output}' if is_usable else
+            f'baxter_dynamics calibrate --plan --arm {evaluations[0].arm}')
 
 
 def _frequent(evaluations: Sequence[Evaluation]) -> dict[str, list[Explained]]:

@@ -119,6 +119,12 @@ def test_arm_and_parameter_files(summary, make_bag, both_arms, tmp_path):
         np.testing.assert_allclose(told[method]['rms'], rms, atol=1e-9)
 
 
+def test_wrong_data_are_stated_once(summary, make_bag, moving_arm, tmp_path):
+    _, out = summary(make_bag(moving_arm(600, truth={'effort_model.enabled': False})))
+    assert out.count('torque, instead of 1') == 1
+    assert f'-o {tmp_path}/report --force --params ' in out
+
+
 def test_several_bags(summary, make_bag, moving_arm):
     """Of different arms, too: the numbers at the top are of all their samples."""
     right, left = moving_arm(60), moving_arm(100, 'left')

@@ -53,6 +53,10 @@ def test_friction_asks_for_a_calibration(assessed):
     assert larger.verdict.kind == 'larger' and 's0' in larger.verdict.joints
     assert larger.advice[-1].command.endswith('--params my_robot.yaml -o my_robot_new.yaml')
     assert (evaluation.expected.coverage[:2] < 0.9).all()
+    at_rest = replace(evaluation.check, gain=np.full(7, np.nan))
+    for useless in replace(evaluation, duration=9.0), replace(evaluation, check=at_rest):
+        *_, advice = assess(useless, [useless], PredictorSettings(), 'run').advice
+        assert advice.command == 'baxter_dynamics calibrate --plan --arm right'
 
 
 @pytest.mark.parametrize('truth, kind, text, command', [
