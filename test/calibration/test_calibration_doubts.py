@@ -147,11 +147,10 @@ REFUSED = {
     'no measured effort': lambda: [record().changed(lambda q, v, e: (q, v, e[:0]))],
     'the fit leaves the range of a parameter: effort_model.bias': lambda: [record().changed(
         lambda q, v, e: (q, v, e + 60.0))],
-    'both arms': lambda: [record({'arm': side}, duration=1.0) for side in ('left', 'right')],
+    'both arms: calibrate one': lambda: [
+        record({'arm': side}, duration=1.0) for side in ('left', 'right')],
     'no valid joint states of the arm': lambda: [
         Recording('other', 'left', record({'arm': 'right'}).states)],
-    'check that the units are rad, rad/s': lambda: [record().changed(
-        lambda q, v, e: (q, np.degrees(v), e))],
 }
 
 
