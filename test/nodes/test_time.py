@@ -4,6 +4,7 @@ import time
 
 from arrivals import bursts
 from baxter_dynamics_ros.estimation.predictor import Predictor
+from baxter_dynamics_ros.estimation.retiming import FAR
 from baxter_dynamics_ros.estimation.settings import PredictorSettings
 from baxter_dynamics_ros.model.joints import joint_names
 import numpy as np
@@ -67,7 +68,7 @@ def test_zero_stamps_become_the_time_of_arrival(robot, predictor, stamps):
     end = time.time_ns()
     for message in (*robot.predicted, *robot.residual, *external):
         assert tuple(message.name) == joint_names('right')
-        assert begin - 10 ** 8 < stamps([message])[0] < end + 10 ** 8
+        assert begin - FAR * 1e9 < stamps([message])[0] < end + FAR * 1e9
     assert stamps(robot.predicted)[-1] > end - 2 * 10 ** 9
     assert 'header stamps are zero' in problem
     assert int(values['unstamped']) > 0
