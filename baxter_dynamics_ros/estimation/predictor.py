@@ -42,15 +42,16 @@ class Step(NamedTuple):
             return None
         return float(self.state.stamp_ns - result.stamp_ns) * 1e-9
 
-    def efforts(self) -> 'Iterator[tuple[str, Prediction | External, Array]]':
-        """Yield each effort (7,) [N m] by the name of its topic, with its instant and motion."""
+    def efforts(self) -> 'Iterator[tuple[Prediction | External, dict[str, Array]]]':
+        """Yield each result with its efforts by topic name, arrays (7,) [N m]."""
         if self.prediction is not None:
-            yield 'predicted_effort', self.prediction, self.prediction.effort
+            efforts = {'predicted_effort': self.prediction.effort}
             if self.prediction.residual is not None:
-                yield 'effort_residual', self.prediction, self.prediction.residual
-                yield 'residual_deviation', self.prediction, self.prediction.deviation
+                efforts['effort_residual'] = self.prediction.residual
+                efforts['residual_deviation'] = self.prediction.deviation
+            yield self.prediction, efforts
         if self.external is not None:
-            yield 'external_effort', self.external, self.external.effort
+            yield self.external, {'external_effort': self.external.effort}
 
 
 class Predictor:

@@ -56,12 +56,13 @@ class ResultPublishers:
     def publish(self, step: Step) -> None:
         """Publish the results of a joint state."""
         message, external = self._joint_state, step.external
-        for topic, result, effort in step.efforts():
-            if self._has_subscriber(topic):
-                set_stamp(message.header, result.stamp_ns)
-                message.position, message.velocity, message.effort = map(
-                    to_field, (result.q, result.qd, effort))
-                self._publishers[topic].publish(message)
+        for result, efforts in step.efforts():
+            set_stamp(message.header, result.stamp_ns)
+            message.position, message.velocity = to_field(result.q), to_field(result.qd)
+            for topic, effort in efforts.items():
+                if self._has_subscriber(topic):
+                    message.effort = to_field(effort)
+                    self._publishers[topic].publish(message)
         if external is not None:
             if external.contact is not None and self._has_subscriber(topics.CONTACT):
                 self._publishers[topics.CONTACT].publish(Bool(data=external.contact))

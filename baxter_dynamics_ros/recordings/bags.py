@@ -210,6 +210,7 @@ def save_predictions(recording: Recording, settings: PredictorSettings, writer: 
     predictor = Predictor(settings, external=True)
     names = predictor.stream.selector.names
     for state in recording:
-        for topic, at, values in predictor.handle(*state).efforts():
-            writer.joint_state(f'/{node.strip("/")}/{topic}', at.stamp_ns, names, at.q, at.qd,
-                               values, state.received_ns, settings.frame_id)
+        for result, efforts in predictor.handle(*state).efforts():
+            for topic, effort in efforts.items():
+                writer.joint_state(f'/{node.strip("/")}/{topic}', result.stamp_ns, names, result.q,
+                                   result.qd, effort, state.received_ns, settings.frame_id)
