@@ -82,8 +82,10 @@ class ClockOffset:
             self._late_since = None
         elif self._late_since is None:
             self._late_since = arrival_ns
-        if late < -_EARLY or late > _LATE and stamp_ns < self._stamp_ns - _LATE or (
-                self._late_since is not None and arrival_ns - self._late_since >= _LATE_FOR):
+        is_set_back = late > _LATE and stamp_ns < self._stamp_ns - _LATE
+        stays_late = (self._late_since is not None
+                      and arrival_ns - self._late_since >= _LATE_FOR)
+        if late < -_EARLY or is_set_back or stays_late:
             self._restart()
         while self._fastest[0][0] < arrival_ns - _MEMORY:
             self._fastest.popleft()
