@@ -155,7 +155,8 @@ def _without_contact(motions: list[Motion], settings: PredictorSettings, fold: s
         return motions, [], [Notice(
             'large_residual', f'the residual at {", ".join(joints)} is too large for the model '
             f'during {100 * (1 - left):.0f} % of the time: too much to be left out as contact'
-            + ('' if 'payload' in wanted else '. Does the hand bear a load (--payload)?'), joints)]
+            + ('' if 'payload' in wanted else '. Does the hand carry a load (--payload)?'),
+            joints)]
     return free, contacts, [Notice('contact', 'contact is left out of the fit: '
                                    + '; '.join(map(str, contacts)), joints)]
 

@@ -163,6 +163,7 @@ def _plot(path: Path, side: str, signals: _Signals) -> None:
         figure.suptitle(f"Fake Baxter, {side} arm, the paper's trajectory 3(a)")
         axes = figure.subplots(len(JOINTS), 2, sharex=True)
         _, residual = signals['residual']
+        residual_rms = rms(residual)
         limits = 2.5 * np.abs(residual).max(axis=0)  # cut off the first difference
         for i, (joint, row) in enumerate(zip(JOINTS, axes)):
             for axis, names in zip(row, (('measured', 'predicted'),
@@ -172,7 +173,7 @@ def _plot(path: Path, side: str, signals: _Signals) -> None:
                     axis.plot(time, values[:, i], color=_COLORS[name], lw=width, label=name)
             zero_line(row[1])
             frame(row[0], f'{joint} [N m]')
-            frame(row[1], f'RMS {rms(residual)[i]:.3f}', (-limits[i], limits[i]))
+            frame(row[1], f'RMS {residual_rms[i]:.3f}', (-limits[i], limits[i]))
         for axis, name in zip(axes[0], ('effort', 'measured - predicted')):
             axis.set_title(name, loc='left')
             axis.legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
